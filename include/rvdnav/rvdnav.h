@@ -1,0 +1,382 @@
+/* rvdnav: stereo-vision navigation for spacecraft rendezvous and docking.
+ *
+ * The C ABI: the only contract between the C++ core and everyone else.
+ *
+ * Conventions
+ *   Frames     W  world: origin in the right camera's centre, z_W from the right to the left camera's centre, x_W forward,
+ *                 y_W down.  C  capture frame of the target.  T_W_C maps coordinates in C to coordinates in W.
+ *   Rectified  Both cameras share the axes x = -z_W, y = y_W, z = x_W, one focal length and the principal point as the
+ *                 origin of pixel coordinates, so a world point has the same y in both views.  Raw pixel (0, 0) is the
+ *                 centre of the top-left pixel.
+ *   Lines      x cos(theta) + y sin(theta) = rho in rectified pixels, theta in [-45, 135) degrees.  A position along a
+ *                 line is t = -x sin(theta) + y cos(theta).
+ *   Units      metres, radians, pixels, unless a name says otherwise.  A name ending in _qN counts units of 2^-N.
+ *
+ * Rules
+ *   Every fallible call returns a status: RVDNAV_OK or a negative code that is never renumbered.  After a failure the
+ *   outputs are unspecified but no memory outside them has been touched.  The library never allocates, keeps no global
+ *   state, reads no clock, file or environment (the host part at the end of this file excepted) and throws nothing.
+ *   Structures that may grow begin with struct_size: set it to sizeof the structure before the call.
+ *   Camera index 0 is the left camera, 1 the right one.  Calls on one context may run at the same time when their
+ *   camera indices differ; rvdnav_join uses both.
+ */
+#ifndef RVDNAV_RVDNAV_H
+#define RVDNAV_RVDNAV_H
+
+#ifndef RVDNAV_CDEF /* the binding reads the declarations alone */
+#include <stddef.h>
+#include <stdint.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+#if defined(__GNUC__)
+#define RVDNAV_API __attribute__((visibility("default")))
+#else
+#define RVDNAV_API
+#endif
+#else
+#define RVDNAV_API
+#endif
+
+enum {
+  RVDNAV_ABI_VERSION = 1,
+  RVDNAV_CAMERAS = 2,
+  RVDNAV_BARS = 4,              /* l1, l2, l3, l4 */
+  RVDNAV_EDGES = 8,             /* l1 outer, l1 inner, l2 outer, ... l4 inner */
+  RVDNAV_APEXES = 8,            /* P1..P4 (outer), Q1..Q4 (inner) */
+  RVDNAV_MAX_MATCHES = 64,      /* correlated points a frame */
+  RVDNAV_DIRECTION_LEVELS = 256 /* quantised gradient directions in a full turn */
+};
+
+typedef int32_t rvdnav_status;
+enum {
+  RVDNAV_OK = 0,
+  RVDNAV_ERROR_NULL = -1,        /* a required pointer is null */
+  RVDNAV_ERROR_STRUCT_SIZE = -2, /* struct_size is not one this library knows */
+  RVDNAV_ERROR_ARGUMENT = -3,    /* a value is out of its range */
+  RVDNAV_ERROR_MEMORY = -4,      /* the memory given is too small or misaligned */
+  RVDNAV_ERROR_CONTEXT = -5,     /* not an initialised context of this version */
+  RVDNAV_ERROR_IMAGE = -6,       /* the image's size or stride does not fit the context */
+  RVDNAV_ERROR_CAPACITY = -7,    /* an output array is too small; its count says how much is needed where it is known */
+  RVDNAV_ERROR_CALIBRATION = -8, /* a camera or rig parameter is not finite or not usable */
+  RVDNAV_ERROR_TARGET = -9,      /* the bracket is degenerate */
+  RVDNAV_ERROR_ISA = -10,        /* this processor or build lacks the instruction set asked for */
+  RVDNAV_ERROR_THREAD = -11      /* the host could not start its worker thread */
+};
+
+/* Instruction set of the row kernels. */
+enum { RVDNAV_ISA_AUTO = 0, RVDNAV_ISA_SCALAR = 1, RVDNAV_ISA_AVX2 = 2, RVDNAV_ISA_NEON = 3 };
+
+/* The stages of a frame, in the order of the data; indices of stage_ns. */
+enum {
+  RVDNAV_STAGE_SMOOTH = 0,
+  RVDNAV_STAGE_EDGES = 1,
+  RVDNAV_STAGE_THIN = 2,
+  RVDNAV_STAGE_RECTIFY = 3,
+  RVDNAV_STAGE_HOUGH = 4,
+  RVDNAV_STAGE_LINES = 5,
+  RVDNAV_STAGE_BRACKET = 6,
+  RVDNAV_STAGE_REFIT = 7,
+  RVDNAV_STAGE_EPIPOLAR = 8,
+  RVDNAV_STAGE_TRIANGULATE = 9,
+  RVDNAV_STAGES = 10
+};
+
+/* Work limits that a frame ran into (bit mask): the result is what could be done within them. */
+enum {
+  RVDNAV_LIMIT_EDGELS = 1,
+  RVDNAV_LIMIT_PEAKS = 2,
+  RVDNAV_LIMIT_SEGMENTS = 4,
+  RVDNAV_LIMIT_BARS = 8,
+  RVDNAV_LIMIT_HYPOTHESES = 16
+};
+
+typedef struct rvdnav_context rvdnav_context;
+
+/* Returns nanoseconds from any fixed start; user is passed through. */
+typedef uint64_t (*rvdnav_clock)(void* user);
+
+/* An 8-bit grey image that the caller keeps alive during the call; stride in bytes, at least width. */
+typedef struct rvdnav_image {
+  const uint8_t* data;
+  int32_t width;
+  int32_t height;
+  int32_t stride;
+} rvdnav_image;
+
+/* Pinhole camera with radial and tangential distortion (Brown; OpenCV's k1 k2 p1 p2). */
+typedef struct rvdnav_camera {
+  double fx, fy, cx, cy;
+  double k1, k2, p1, p2;
+  double R_rect_cam[9]; /* row-major rotation, camera to rectified axes */
+} rvdnav_camera;
+
+typedef struct rvdnav_rig {
+  uint32_t struct_size;
+  int32_t width;        /* of both images, pixels, at most 2048 */
+  int32_t height;
+  int32_t camera_count; /* 1 (left only) or 2 */
+  double focal_rect;    /* common focal length of the rectified views, pixels */
+  double baseline;      /* metres; 0 with one camera */
+  rvdnav_camera camera[2];
+} rvdnav_rig;
+
+/* The four-bar bracket: front-face apexes in the capture frame C, metres. */
+typedef struct rvdnav_target {
+  uint32_t struct_size;
+  uint32_t reserved;
+  double outer[4][3]; /* P1..P4 */
+  double inner[4][3]; /* Q1..Q4 */
+  double thickness;   /* of the bars towards +x_C */
+} rvdnav_target;
+
+/* Settings; rvdnav_config_default fills all of them. */
+typedef struct rvdnav_config {
+  uint32_t struct_size;
+  int32_t isa; /* RVDNAV_ISA_... */
+  /* adaptive Sobel: threshold over the local mean m is max(floor, weber * m), with slope weber/4 above the knee */
+  int32_t edge_floor;    /* grey levels of step */
+  int32_t edge_weber_q8; /* fraction of the local mean */
+  int32_t edge_knee;     /* grey level */
+  int32_t edge_min_run;  /* shortest connected edge kept, pixels */
+  /* Hough space: 180 bins of one degree over theta, rho_bins of one pixel over rho */
+  int32_t hough_rho_bins;
+  int32_t hough_spread; /* half-width of a vote around the gradient's direction, bins */
+  int32_t peak_min_votes;
+  /* lines and bars */
+  int32_t segment_min_length; /* pixels */
+  int32_t segment_max_gap;    /* pixels */
+  /* work limits */
+  int32_t max_edgels;
+  int32_t max_peaks;
+  int32_t max_segments;
+  int32_t max_bars;
+  int32_t max_hypotheses;
+  /* epipolar correlation */
+  int32_t match_half_window;       /* pixels */
+  int32_t match_row_tolerance;     /* pixels */
+  int32_t match_min_score_q8;      /* ZNCC, 256 = 1 */
+  int32_t match_uniqueness_q8;     /* best rival's score must stay below this fraction of the best */
+  int32_t match_max_gradient_q8;   /* limit of the disparity gradient between neighbours */
+  int32_t match_consistency_q8;    /* left-right disagreement, pixels */
+  double range_min;                /* range gate, metres */
+  double range_max;
+  double blur_sigma;               /* of an edge in the image, pixels: lens and pixel together */
+  rvdnav_clock clock;              /* optional: fills stage_ns */
+  void* clock_user;
+} rvdnav_config;
+
+/* A thinned edge pixel in rectified coordinates. */
+typedef struct rvdnav_edgel {
+  int16_t x_q5;
+  int16_t y_q5;
+  uint8_t direction; /* of the gradient (towards brighter), 256 to the turn, from +x towards +y, rectified */
+  uint8_t reserved;
+} rvdnav_edgel;
+
+/* A local maximum of Hough space. */
+typedef struct rvdnav_peak {
+  int32_t rho_q8;   /* pixels */
+  int32_t theta_q8; /* degrees */
+  uint32_t votes;   /* 0: no peak (rvdnav_hough_track only) */
+} rvdnav_peak;
+
+/* A straight run of edgels along a line. */
+typedef struct rvdnav_segment {
+  double rho, theta;
+  double t_min, t_max; /* its ends along the line */
+  int32_t polarity;    /* +1: brighter towards growing rho, -1: darker */
+  uint32_t support;    /* edgels on it */
+  double rms;          /* of the edgels across it, pixels */
+} rvdnav_segment;
+
+/* Two near-parallel segments with a small distance: the projection of a bar. */
+typedef struct rvdnav_bar {
+  int32_t segment[2];  /* indices; the second has the larger rho */
+  double rho, theta;   /* centre line */
+  double width;        /* pixels */
+  double t_min, t_max; /* where both edges are seen or bridged */
+} rvdnav_bar;
+
+/* Where one of the bracket's edges is expected in Hough space (a prior for tracking). */
+typedef struct rvdnav_window {
+  int32_t edge;          /* 0 .. RVDNAV_EDGES-1 */
+  int32_t reserved;
+  double rho, theta;
+  double half_rho, half_theta;
+  double t_min, t_max;   /* the edge's extent along the line */
+} rvdnav_window;
+
+/* One of the bracket's edges as measured in one view. */
+typedef struct rvdnav_line {
+  int32_t found;       /* a peak stood in its window */
+  int32_t refitted;    /* the grey profile gave a sub-pixel line */
+  uint32_t votes;      /* of the peak */
+  uint32_t samples;    /* profile samples behind the sub-pixel line */
+  double rho, theta;   /* sub-pixel where refitted, else the peak's */
+  double covariance[4];/* of (rho, theta), row-major; 0 unless refitted */
+  double t_min, t_max;
+  double rms;          /* of the samples across the line, pixels */
+} rvdnav_line;
+
+/* A straight model edge to be measured in the raw grey values, given in rectified coordinates. */
+typedef struct rvdnav_model_edge {
+  double x0, y0, x1, y1;
+  int32_t polarity; /* +1: brighter towards the normal (-(y1-y0), x1-x0), -1: darker, 0: either */
+  int32_t reserved;
+} rvdnav_model_edge;
+
+/* One profile across a model edge. */
+typedef struct rvdnav_edge_sample {
+  int32_t edge;    /* index into the model edges */
+  int32_t polarity;/* sign of the step found along the normal */
+  double fraction; /* position along the edge, 0 at its first end, 1 at its second */
+  double x, y;     /* where the step was found, rectified pixels */
+  double nx, ny;   /* unit normal, rectified */
+  double offset;   /* from the model edge along the normal, pixels */
+  double contrast; /* grey levels, positive */
+  double sigma;    /* standard deviation of offset from the profile's own noise, pixels */
+} rvdnav_edge_sample;
+
+/* A point of the left view found in the right view along its epipolar row. */
+typedef struct rvdnav_match {
+  double x, y;       /* left, rectified */
+  double disparity;  /* x_left - x_right, pixels, sub-pixel */
+  double score;      /* ZNCC, -1..1 */
+  double p_W[3];     /* triangulated, metres */
+  int32_t bar;       /* 0 .. RVDNAV_BARS-1 or -1 */
+  int32_t accepted;  /* passed every limit */
+} rvdnav_match;
+
+/* What one view gives. */
+typedef struct rvdnav_view_result {
+  uint32_t struct_size;
+  uint32_t limits;          /* RVDNAV_LIMIT_... */
+  uint32_t edge_count;      /* edge pixels after thinning */
+  uint32_t peak_count;
+  uint32_t segment_count;
+  uint32_t bar_count;
+  uint32_t line_mask;       /* bit e: lines[e].found */
+  uint32_t saturated_permille;
+  double mean_grey;
+  rvdnav_line lines[8];     /* RVDNAV_EDGES */
+  double apexes[8][2];      /* RVDNAV_APEXES: intersections of the lines, rectified pixels */
+  uint32_t apex_mask;       /* bit a: apexes[a] is measured */
+  uint32_t reserved;
+  uint64_t stage_ns[10];    /* RVDNAV_STAGES; zeros without a clock */
+} rvdnav_view_result;
+
+/* The bracket as acquired without a prior. */
+typedef struct rvdnav_bracket {
+  int32_t found;
+  int32_t ambiguous;         /* a different pose explains the images about as well */
+  double score;              /* supported fraction of the bracket's edges over both views, 0..1 */
+  double runner_up;          /* of the best clearly different pose */
+  double R_W_C[9];           /* row-major */
+  double p_W[3];
+  uint32_t hypotheses;       /* tested */
+  uint32_t reserved;
+} rvdnav_bracket;
+
+/* What the stereo frame gives. */
+typedef struct rvdnav_frame_result {
+  uint32_t struct_size;
+  uint32_t limits;
+  rvdnav_view_result view[2];
+  rvdnav_bracket bracket;        /* filled when no windows were given */
+  double apexes_W[8][3];         /* triangulated, metres */
+  uint32_t apex_mask;
+  uint32_t match_count;
+  rvdnav_match matches[64];      /* RVDNAV_MAX_MATCHES */
+  uint64_t stage_ns[10];         /* of the join alone */
+} rvdnav_frame_result;
+
+/* ---- library ---- */
+RVDNAV_API uint32_t rvdnav_abi_version(void);
+RVDNAV_API const char* rvdnav_status_text(rvdnav_status status);
+/* sizeof of a structure of this library by name ("rvdnav_rig"), 0 if unknown: lets a binding check its layout. */
+RVDNAV_API uint32_t rvdnav_struct_size(const char* name);
+
+/* ---- context ---- */
+RVDNAV_API rvdnav_status rvdnav_config_default(rvdnav_config* config);
+RVDNAV_API rvdnav_status rvdnav_context_size(const rvdnav_config* config, const rvdnav_rig* rig, size_t* size);
+/* memory: aligned to 64 bytes, at least the size asked for; the context lives in it until the caller frees it. */
+RVDNAV_API rvdnav_status rvdnav_context_init(void* memory, size_t size, const rvdnav_config* config, const rvdnav_rig* rig,
+                                             const rvdnav_target* target, rvdnav_context** context);
+RVDNAV_API int32_t rvdnav_context_isa(const rvdnav_context* context);
+
+/* ---- the frame ---- */
+/* One camera's view: every stage up to the lines.  No windows: acquisition, whose segments and bars stay in the context
+ * for the rvdnav_join of the same frame. */
+RVDNAV_API rvdnav_status rvdnav_view(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
+                                     const rvdnav_window* windows, uint32_t window_count, rvdnav_view_result* result);
+/* Both views of a frame together: bracket (when acquiring), lines, apexes, correlation, triangulation.  A view result
+ * of a camera without image is given as null (its image too). */
+RVDNAV_API rvdnav_status rvdnav_join(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
+                                     const rvdnav_view_result* left_view, const rvdnav_view_result* right_view,
+                                     int32_t acquire, rvdnav_frame_result* result);
+
+/* ---- the stages, each by itself ---- */
+/* Smoothing by the 3x3 binomial; output rows of width bytes. */
+RVDNAV_API rvdnav_status rvdnav_smooth(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
+                                       uint8_t* smoothed);
+/* Words in a row of packed edge bits: bit x%32 of word x/32. */
+RVDNAV_API uint32_t rvdnav_edge_row_words(int32_t width);
+RVDNAV_API rvdnav_status rvdnav_detect_edges(rvdnav_context* context, int32_t camera, const uint8_t* smoothed,
+                                             uint32_t* edge_bits, uint8_t* direction);
+RVDNAV_API rvdnav_status rvdnav_filter_edges(rvdnav_context* context, int32_t camera, uint32_t* edge_bits);
+RVDNAV_API rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, uint32_t* edge_bits);
+RVDNAV_API rvdnav_status rvdnav_rectify_edges(rvdnav_context* context, int32_t camera, const uint32_t* edge_bits,
+                                              const uint8_t* direction, rvdnav_edgel* edgels, uint32_t capacity,
+                                              uint32_t* count);
+/* accumulator: 180 rows (theta = -45 .. 134 degrees) of hough_rho_bins cells; rho = 0 in the middle cell. */
+RVDNAV_API rvdnav_status rvdnav_hough_vote(rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t edgel_count,
+                                           uint16_t* accumulator);
+RVDNAV_API rvdnav_status rvdnav_hough_peaks(rvdnav_context* context, const uint16_t* accumulator, rvdnav_peak* peaks,
+                                            uint32_t capacity, uint32_t* count);
+/* The highest peak inside each window; votes = 0 where there is none. */
+RVDNAV_API rvdnav_status rvdnav_hough_track(rvdnav_context* context, int32_t camera, const rvdnav_edgel* edgels,
+                                            uint32_t edgel_count, const rvdnav_window* windows, uint32_t window_count,
+                                            rvdnav_peak* peaks);
+RVDNAV_API rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_t camera, const rvdnav_edgel* edgels,
+                                                 uint32_t edgel_count, const rvdnav_peak* peaks, uint32_t peak_count,
+                                                 rvdnav_segment* segments, uint32_t capacity, uint32_t* count);
+RVDNAV_API rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
+                                          uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count);
+/* Profiles of at most half_width pixels to both sides, every step pixels along the edges; profiles without a usable step
+ * are left out. */
+RVDNAV_API rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
+                                              const rvdnav_model_edge* edges, uint32_t edge_count, double half_width,
+                                              double step, rvdnav_edge_sample* samples, uint32_t capacity,
+                                              uint32_t* count);
+/* Matches left points (x, y of each element) along the rows of the right image. */
+RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
+                                          rvdnav_match* matches, uint32_t match_count);
+/* Least squares of the paper's equations (1)-(3); left, right: count pairs of rectified x, y; p_W: count triples. */
+RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right,
+                                            uint32_t count, double* p_W);
+
+/* ---- host only: needs an operating system, absent from embedded builds ---- */
+typedef struct rvdnav_runner rvdnav_runner;
+/* Two threads that process the two views at once.  Allocates; one runner serves one context at a time. */
+RVDNAV_API rvdnav_status rvdnav_runner_create(rvdnav_runner** runner);
+RVDNAV_API void rvdnav_runner_destroy(rvdnav_runner* runner);
+/* rvdnav_view on both images (either may be null), then rvdnav_join.  left_windows and right_windows belong together:
+ * both empty means acquisition. */
+RVDNAV_API rvdnav_status rvdnav_runner_process(rvdnav_runner* runner, rvdnav_context* context, const rvdnav_image* left,
+                                               const rvdnav_image* right, const rvdnav_window* left_windows,
+                                               uint32_t left_window_count, const rvdnav_window* right_windows,
+                                               uint32_t right_window_count, rvdnav_frame_result* result);
+/* Instruction set asked for by the environment variable RVDNAV_FORCE_ISA (scalar, avx2, neon); RVDNAV_ISA_AUTO if unset,
+ * RVDNAV_ERROR_ISA if the name is unknown. */
+RVDNAV_API rvdnav_status rvdnav_host_isa(int32_t* isa);
+/* Steady clock, fits rvdnav_config.clock. */
+RVDNAV_API uint64_t rvdnav_host_clock(void* user);
+
+#ifndef RVDNAV_CDEF
+#ifdef __cplusplus
+}
+#endif
+#endif
+
+#endif /* RVDNAV_RVDNAV_H */
