@@ -1,0 +1,244 @@
+"""What the navigator says about one frame: health state, pose, covariance and the evidence behind them."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from rvdnav.errors import InputError
+from rvdnav.pose.euler import EulerAngles, euler_from_rotation
+
+FloatArray = NDArray[np.float64]
+
+
+class State(enum.Enum):
+    """Health of the navigation after a frame."""
+
+    SEARCHING = "SEARCHING"
+    """No target is held; every frame is searched without a prior."""
+    TRACKING = "TRACKING"
+    """This frame's own measurement passed every gate: its pose is published."""
+    COASTING = "COASTING"
+    """The target is held by prediction alone."""
+    LOST = "LOST"
+    """Coasting lasted too long; the next frame searches again."""
+
+
+class Mode(enum.Enum):
+    """Which views stand behind a published pose."""
+
+    STEREO = "STEREO"
+    MONO_LEFT = "MONO_LEFT"
+    MONO_RIGHT = "MONO_RIGHT"
+
+
+@enum.unique
+class Reason(enum.Enum):
+    """Why a frame was not published, or what was remarkable about it; the value is its one-line description."""
+
+    NO_TARGET = "no bracket was found in the images"
+    AMBIGUOUS = "two different poses explain the images about equally well"
+    TOO_FEW_LINES = "too few edges of the target were measured"
+    RESIDUALS = "the measured edges do not fit the model"
+    CROSS_VIEW = "the two views contradict each other"
+    COVARIANCE = "the geometry leaves the pose too uncertain"
+    RANGE_GATE = "the range lies outside the gate"
+    MOTION = "the motion since the last frame is not plausible"
+    NOT_CONVERGED = "the refinement did not converge"
+    DEGENERATE = "the measured geometry does not determine a pose"
+    LEFT_MISSING = "there is no left image"
+    RIGHT_MISSING = "there is no right image"
+    LEFT_UNUSABLE = "the left image is black, saturated or without contrast"
+    RIGHT_UNUSABLE = "the right image is black, saturated or without contrast"
+    LIMIT = "a work limit was reached"
+    TIME_ORDER = "the frame is not newer than the one before"
+
+    @property
+    def description(self) -> str:
+        """One line in plain words."""
+        return self.value
+
+
+@attrs.frozen
+class LineResidual:
+    """How one edge of the target, seen by one camera, agrees with the solution.
+
+    Residuals are measured minus predicted position across the edge, in rectified pixels; both are 0 without samples.
+    """
+
+    camera: int = attrs.field(validator=attrs.validators.in_((0, 1)))
+    edge: str
+    used: bool
+    samples: int = attrs.field(validator=attrs.validators.ge(0))
+    rms_px: float = 0.0
+    mean_px: float = 0.0
+
+    def __attrs_post_init__(self) -> None:
+        if not (np.isfinite(self.rms_px) and np.isfinite(self.mean_px)):
+            raise ValueError(f"residuals of {self.edge} in camera {self.camera} are not finite")
+
+
+def _array(value: Any, shape: tuple[int, ...], what: str) -> FloatArray:
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{what} has shape {array.shape}, not {shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} is not finite")
+    array.setflags(write=False)
+    return array
+
+
+def _pose(value: Any) -> FloatArray | None:
+    if value is None:
+        return None
+    pose = _array(value, (4, 4), "a pose")
+    if not np.array_equal(pose[3], (0.0, 0.0, 0.0, 1.0)):
+        raise ValueError("the last row of a pose is not 0 0 0 1")
+    if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6) or np.linalg.det(pose[:3, :3]) < 0:
+        raise ValueError("the rotation of a pose is none")
+    return pose
+
+
+def _covariance(value: Any) -> FloatArray | None:
+    if value is None:
+        return None
+    covariance = _array(value, (6, 6), "a covariance")
+    if not np.allclose(covariance, covariance.T, rtol=1e-6, atol=1e-15):
+        raise ValueError("a covariance is not symmetric")
+    return covariance
+
+
+def _view_lines(value: Mapping[int, Any]) -> dict[int, FloatArray]:
+    lines: dict[int, FloatArray] = {}
+    for camera in sorted(value):
+        rows = np.asarray(value[camera], dtype=np.float64).reshape(-1, 4)
+        lines[int(camera)] = _array(rows, rows.shape, "a drawn line")
+    return lines
+
+
+def _reasons(value: Iterable[Reason]) -> frozenset[Reason]:
+    return frozenset(value)
+
+
+def _same_view_lines(a: Mapping[int, FloatArray], b: Mapping[int, FloatArray]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[camera], b[camera]) for camera in a)
+
+
+_EQ_ARRAY = attrs.cmp_using(eq=np.array_equal)
+
+
+@attrs.frozen(kw_only=True)
+class Solution:
+    """The navigator's answer for one frame.
+
+    Published <=> ``T_world_target`` is not None <=> ``state`` is TRACKING: never a pose that this frame's own images did
+    not support.  Poses map the capture frame C to the world W (4x4, metres).  Covariances are 6x6 in the order
+    (position, rotation): p = p_hat + dp, R = exp([dtheta]x) R_hat, both in W; units m^2, m rad, rad^2.
+
+    Raises ValueError where the parts contradict each other.
+    """
+
+    timestamp_ns: int
+    state: State
+    mode: Mode | None = None
+    """Set exactly while TRACKING."""
+    reasons: frozenset[Reason] = attrs.field(default=frozenset(), converter=_reasons)
+    T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
+    """The raw solution of this frame alone: what is published and judged."""
+    predicted_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
+    smoothed_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
+    covariance: FloatArray | None = attrs.field(default=None, converter=_covariance, eq=_EQ_ARRAY)
+    """Of the published pose, else of the prediction."""
+    line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=tuple)
+    sigma0: float | None = None
+    """A-posteriori standard deviation of unit weight: 1 where the noise model fits."""
+    view_lines: dict[int, FloatArray] = attrs.field(
+        factory=dict, converter=_view_lines, eq=attrs.cmp_using(eq=_same_view_lines)
+    )
+    """Camera index -> (n, 4) measured segments x0, y0, x1, y1 in rectified pixels, for drawing."""
+    stage_times: dict[str, float] = attrs.field(factory=dict, converter=dict, eq=False)
+    """Stage name -> wall time in seconds; the only part that differs between two runs."""
+
+    def __attrs_post_init__(self) -> None:
+        tracking = self.state is State.TRACKING
+        if tracking != (self.T_world_target is not None):
+            raise ValueError("a pose is published exactly while TRACKING")
+        if tracking != (self.mode is not None):
+            raise ValueError("a mode is given exactly while TRACKING")
+        if tracking and self.covariance is None:
+            raise ValueError("a published pose needs its covariance")
+        if self.covariance is not None and not tracking and self.predicted_T_world_target is None:
+            raise ValueError("a covariance needs the pose that it belongs to")
+        if self.sigma0 is not None and not np.isfinite(self.sigma0):
+            raise ValueError("sigma0 is not finite")
+
+    @property
+    def published(self) -> bool:
+        """Whether this frame's pose may be used."""
+        return self.T_world_target is not None
+
+    @property
+    def euler(self) -> EulerAngles | None:
+        """Attitude angles (phi, theta, psi) of the published pose, radians (paper eqs. 9-10)."""
+        return None if self.T_world_target is None else euler_from_rotation(self.T_world_target[:3, :3])
+
+    def to_json(self) -> dict[str, Any]:
+        """As an object for ``json.dumps``: finite numbers, fixed key order, wall times alone under the last key."""
+        euler = self.euler
+        return {
+            "timestamp_ns": int(self.timestamp_ns),
+            "state": self.state.name,
+            "mode": None if self.mode is None else self.mode.name,
+            "reasons": sorted(reason.name for reason in self.reasons),
+            "T_world_target": _listed(self.T_world_target),
+            "predicted_T_world_target": _listed(self.predicted_T_world_target),
+            "smoothed_T_world_target": _listed(self.smoothed_T_world_target),
+            "euler": None if euler is None else {name: float(angle) for name, angle in euler._asdict().items()},
+            "covariance": _listed(self.covariance),
+            "sigma0": None if self.sigma0 is None else float(self.sigma0),
+            "line_residuals": [
+                {
+                    "camera": int(line.camera),
+                    "edge": line.edge,
+                    "used": bool(line.used),
+                    "samples": int(line.samples),
+                    "rms_px": float(line.rms_px),
+                    "mean_px": float(line.mean_px),
+                }
+                for line in self.line_residuals
+            ],
+            "view_lines": {str(camera): lines.tolist() for camera, lines in self.view_lines.items()},
+            "stage_times_s": {stage: float(seconds) for stage, seconds in self.stage_times.items()},
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Solution:
+        """The inverse of ``to_json``.  Raises InputError naming the fault (the caller knows the file)."""
+        try:
+            return cls(
+                timestamp_ns=int(data["timestamp_ns"]),
+                state=State[data["state"]],
+                mode=None if data["mode"] is None else Mode[data["mode"]],
+                reasons=frozenset(Reason[name] for name in data["reasons"]),
+                T_world_target=data["T_world_target"],
+                predicted_T_world_target=data["predicted_T_world_target"],
+                smoothed_T_world_target=data["smoothed_T_world_target"],
+                covariance=data["covariance"],
+                sigma0=data["sigma0"],
+                line_residuals=tuple(LineResidual(**line) for line in data["line_residuals"]),
+                view_lines={int(camera): lines for camera, lines in data["view_lines"].items()},
+                stage_times=data["stage_times_s"],
+            )
+        except KeyError as error:
+            raise InputError(f"unknown or missing {error.args[0]!r} in a solution") from error
+        except (AttributeError, TypeError, ValueError) as error:
+            raise InputError(f"not a solution: {error}") from error
+
+
+def _listed(array: FloatArray | None) -> list[Any] | None:
+    return None if array is None else array.tolist()
