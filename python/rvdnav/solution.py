@@ -15,6 +15,9 @@ from rvdnav.pose.euler import EulerAngles, euler_from_rotation
 
 FloatArray = NDArray[np.float64]
 
+TOTAL = "total"
+"""Name in ``Solution.stage_times`` of the whole process call; the stages of the two views overlap, so it is no sum."""
+
 
 class State(enum.Enum):
     """Health of the navigation after a frame."""
@@ -162,7 +165,7 @@ class Solution:
     )
     """Camera index -> (n, 4) measured segments x0, y0, x1, y1 in rectified pixels, for drawing."""
     stage_times: dict[str, float] = attrs.field(factory=dict, converter=dict, eq=False)
-    """Stage name -> wall time in seconds; the only part that differs between two runs."""
+    """Stage name -> wall time in seconds, ``TOTAL`` for the whole call; the only part that differs between two runs."""
 
     def __attrs_post_init__(self) -> None:
         tracking = self.state is State.TRACKING
