@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rvdnav.camera import CameraModel
+
+LENS = CameraModel(704, 576, 668.42, 669.15, 356.83, 283.41, [-0.2034, 0.0617, 0.00052, -0.00041])
+
+
+def points(n: int = 200, spread: float = 0.55) -> np.ndarray:
+    """Points in front of the camera, the farthest aside beyond the corners of the image."""
+    rng = np.random.default_rng(7)
+    z = rng.uniform(0.3, 2.0, n)
+    return np.column_stack([rng.uniform(-spread, spread, (n, 2)) * z[:, None], z])
+
+
+def test_project_equals_opencv() -> None:
+    p_C = points()
+    expected = cv2.projectPoints(p_C, np.zeros(3), np.zeros(3), LENS.K, LENS.distortion)[0].reshape(-1, 2)
+    np.testing.assert_allclose(LENS.project(p_C), expected, atol=1e-9)
+
+
+def test_unproject_equals_opencv() -> None:
+    uv = LENS.project(points())
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-14)
+    undistorted = cv2.undistortImagePoints(uv, LENS.K, LENS.distortion, None, criteria).reshape(-1, 2)
+    rays = LENS.unproject(uv)
+    np.testing.assert_allclose(rays[:, :2] @ LENS.K[:2, :2] + LENS.K[:2, 2], undistorted, atol=1e-6)
+    np.testing.assert_array_equal(rays[:, 2], 1.0)
+
+
+def test_shapes_are_kept() -> None:
+    p_C = points(24).reshape(2, 3, 4, 3)
+    uv = LENS.project(p_C)
+    rays = LENS.unproject(uv)
+    assert uv.shape == (2, 3, 4, 2)
+    np.testing.assert_allclose(rays, p_C / p_C[..., 2:], atol=1e-11)
+    np.testing.assert_allclose(LENS.unproject(uv[1, 2, 3]), rays[1, 2, 3], atol=1e-15)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    k1=st.floats(-0.3, 0.3),
+    k2=st.floats(-0.05, 0.1),
+    p=st.tuples(st.floats(-0.003, 0.003), st.floats(-0.003, 0.003)),
+    u=st.floats(0, 703),
+    v=st.floats(0, 575),
+)
+def test_round_trip_over_lenses(k1: float, k2: float, p: tuple[float, float], u: float, v: float) -> None:
+    camera = CameraModel(704, 576, 700.0, 690.0, 350.0, 290.0, [k1, k2, *p])
+    np.testing.assert_allclose(camera.project(camera.unproject(np.array([u, v]))), [u, v], atol=1e-8)
+
+
+def test_points_not_in_front_are_nan() -> None:
+    uv = LENS.project(np.array([[0.1, 0.1, 1.0], [0.1, 0.1, 0.0], [0.1, 0.1, -1.0]]))
+    assert np.isfinite(uv[0]).all()
+    assert np.isnan(uv[1:]).all()
+
+
+def test_folded_points_are_nan_and_not_back_in_the_image() -> None:
+    camera = CameraModel(704, 576, 668.0, 668.0, 351.5, 287.5, [-0.3, 0.0, 0.0, 0.0])
+    fold = np.sqrt(1.0 / 0.9)  # of r - 0.3 r³
+    p_C = np.array([[0.99 * fold, 0.0, 1.0], [1.7 * fold, 0.0, 1.0]])
+    would_be = cv2.projectPoints(p_C, np.zeros(3), np.zeros(3), camera.K, camera.distortion)[0][1, 0]
+    assert 0 < would_be[0] < 704  # the bare formula places it inside the image
+    uv = camera.project(p_C)
+    assert np.isfinite(uv[0]).all()
+    assert np.isnan(uv[1]).all()
+    assert np.isnan(camera.unproject(np.array([1e4, 288.0]))[:2]).all()
+
+
+def test_pixel_zero_is_a_centre() -> None:
+    plain = CameraModel(5, 3, 10.0, 10.0, 2.0, 1.0, np.zeros(4))
+    np.testing.assert_array_equal(plain.project(np.array([0.0, 0.0, 1.0])), [2.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"fx": 0.0}, "fx"),
+        ({"fy": -1.0}, "fy"),
+        ({"fx": np.inf}, "fx is not finite"),
+        ({"cx": np.nan}, "cx is not finite"),
+        ({"width": 0}, "width"),
+        ({"distortion": [0.0, np.nan, 0.0, 0.0]}, "not finite"),
+        ({"distortion": [0.0] * 5}, "shape"),
+        ({"distortion": [-1.5, 0.0, 0.0, 0.0]}, "folds back"),
+    ],
+)
+def test_bad_parameters_are_refused(change: dict[str, object], fault: str) -> None:
+    values: dict[str, object] = {
+        "width": 704,
+        "height": 576,
+        "fx": 668.0,
+        "fy": 668.0,
+        "cx": 351.5,
+        "cy": 287.5,
+        "distortion": np.zeros(4),
+    }
+    with pytest.raises(ValueError, match=fault):
+        CameraModel(**(values | change))  # type: ignore[arg-type]
+
+
+def test_parameters_cannot_change() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        LENS.distortion[0] = 0.0
+    assert CameraModel(704, 576, 668.42, 669.15, 356.83, 283.41, LENS.distortion.tolist()) == LENS
