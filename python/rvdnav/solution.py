@@ -8,12 +8,10 @@ from typing import Any
 
 import attrs
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.errors import InputError
+from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.euler import EulerAngles, euler_from_rotation
-
-FloatArray = NDArray[np.float64]
 
 TOTAL = "total"
 """Name in ``Solution.stage_times`` of the whole process call; the stages of the two views overlap, so it is no sum."""
@@ -124,6 +122,10 @@ def _view_lines(value: Mapping[int, Any]) -> dict[int, FloatArray]:
     return lines
 
 
+def _residuals(value: Iterable[LineResidual]) -> tuple[LineResidual, ...]:
+    return tuple(value)
+
+
 def _reasons(value: Iterable[Reason]) -> frozenset[Reason]:
     return frozenset(value)
 
@@ -139,8 +141,8 @@ _EQ_ARRAY = attrs.cmp_using(eq=np.array_equal)
 class Solution:
     """The navigator's answer for one frame.
 
-    Published <=> ``T_world_target`` is not None <=> ``state`` is TRACKING: never a pose that this frame's own images did
-    not support.  Poses map the capture frame C to the world W (4x4, metres).  Covariances are 6x6 in the order
+    Published <=> ``T_world_target`` is not None <=> ``state`` is TRACKING: never a pose that this frame's own images
+    did not support.  Poses map the capture frame C to the world W (4x4, metres).  Covariances are 6x6 in the order
     (position, rotation): p = p_hat + dp, R = exp([dtheta]x) R_hat, both in W; units m^2, m rad, rad^2.
 
     Raises ValueError where the parts contradict each other.
@@ -157,7 +159,7 @@ class Solution:
     smoothed_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
     covariance: FloatArray | None = attrs.field(default=None, converter=_covariance, eq=_EQ_ARRAY)
     """Of the published pose, else of the prediction."""
-    line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=tuple)
+    line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=_residuals)
     sigma0: float | None = None
     """A-posteriori standard deviation of unit weight: 1 where the noise model fits."""
     view_lines: dict[int, FloatArray] = attrs.field(

@@ -1,0 +1,38 @@
+"""Figures of a run that need no truth: claimed uncertainty and wall times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rvdnav.solution import TOTAL, Solution
+
+
+def median_sigmas(solutions: Sequence[Solution]) -> tuple[float, float] | None:
+    """Median over the published frames of the claimed standard deviation of position (m) and attitude (rad).
+
+    Each is the root of its 3x3 block's trace, comparable with the norm of the error.  None with nothing published.
+    """
+    covariances = [s.covariance for s in solutions if s.published and s.covariance is not None]
+    if not covariances:
+        return None
+    variances = np.array([(np.trace(c[:3, :3]), np.trace(c[3:, 3:])) for c in covariances])
+    position, attitude = np.median(np.sqrt(variances), axis=0)
+    return float(position), float(attitude)
+
+
+def stage_medians(solutions: Sequence[Solution]) -> dict[str, float]:
+    """Median seconds of each stage over the frames that ran it, in the order of first appearance, without the total."""
+    times: dict[str, list[float]] = {}
+    for solution in solutions:
+        for stage, seconds in solution.stage_times.items():
+            if stage != TOTAL:
+                times.setdefault(stage, []).append(seconds)
+    return {stage: float(np.median(seconds)) for stage, seconds in times.items()}
+
+
+def median_frame_time(solutions: Sequence[Solution]) -> float | None:
+    """Median seconds of the whole process call; None where no solution carries it."""
+    totals = [s.stage_times[TOTAL] for s in solutions if TOTAL in s.stage_times]
+    return float(np.median(totals)) if totals else None
