@@ -1,0 +1,24 @@
+"""Binding of the C core: its stages and its frame call on numpy arrays."""
+
+from rvdnav.core.core import Core
+from rvdnav.core.layout import BAR, EDGE_SAMPLE, EDGEL, LINE, MATCH, PEAK, SEGMENT, WINDOW
+from rvdnav.core.library import LIBRARY_PATH
+from rvdnav.core.results import Bracket, FrameResult, ViewResult
+from rvdnav.core.stages import unpack_edges
+
+__all__ = [
+    "BAR",
+    "EDGEL",
+    "EDGE_SAMPLE",
+    "LIBRARY_PATH",
+    "LINE",
+    "MATCH",
+    "PEAK",
+    "SEGMENT",
+    "WINDOW",
+    "Bracket",
+    "Core",
+    "FrameResult",
+    "ViewResult",
+    "unpack_edges",
+]

@@ -1,0 +1,46 @@
+"""Settings of the core: the library's defaults with overrides by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rvdnav.core.library import constants, ffi, lib
+from rvdnav.core.status import check
+
+_ISA_NAMES = constants("RVDNAV_ISA_")
+_RESERVED = {"struct_size", "clock", "clock_user"}
+
+
+def make_config(**overrides: Any) -> Any:
+    """An rvdnav_config with the host's clock and, unless overridden, the host's choice of instruction set.
+
+    ``isa`` may be a name ("auto", "scalar", "avx2", "neon"); the other names are the fields of the C structure.
+    Raises TypeError for a setting that doesn't exist.
+    """
+    config = ffi.new("rvdnav_config *")
+    config.struct_size = ffi.sizeof("rvdnav_config")
+    check(lib.rvdnav_config_default(config))
+    isa = ffi.new("int32_t *")
+    check(lib.rvdnav_host_isa(isa))
+    config.isa = isa[0]
+    config.clock = ffi.addressof(lib, "rvdnav_host_clock")
+    known = {name for name, _ in ffi.typeof("rvdnav_config").fields} - _RESERVED
+    for name, value in overrides.items():
+        if name not in known:
+            raise TypeError(f"the core has no setting {name!r}; it has {', '.join(sorted(known))}")
+        setattr(config, name, _isa_code(value) if name == "isa" else value)
+    return config
+
+
+def isa_name(code: int) -> str:
+    """Name of an instruction set by its code."""
+    return _ISA_NAMES[code]
+
+
+def _isa_code(isa: str | int) -> int:
+    if isinstance(isa, int):
+        return isa
+    codes = {name: code for code, name in _ISA_NAMES.items()}
+    if isa not in codes:
+        raise TypeError(f"no instruction set is called {isa!r}; there are {', '.join(sorted(codes))}")
+    return codes[isa]

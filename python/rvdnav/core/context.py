@@ -1,0 +1,65 @@
+"""The core's context: calibration, target, settings and work memory, owned from Python."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rvdnav.core.config import make_config
+from rvdnav.core.library import ffi, lib
+from rvdnav.core.status import check
+
+if TYPE_CHECKING:  # the binding is below both and imports neither
+    from rvdnav.rig import Rig
+    from rvdnav.target import Target
+
+_ALIGNMENT = 64
+
+
+class Context:
+    """An rvdnav_context in memory of its own.
+
+    ``target`` is needed for acquisition alone.  Raises CoreError when the core refuses the rig, target or settings.
+    """
+
+    def __init__(self, rig: Rig, target: Target | None = None, **config: Any) -> None:
+        self.config = make_config(**config)
+        self.width = rig.width
+        self.height = rig.height
+        c_rig = _c_rig(rig)
+        c_target = ffi.NULL if target is None else _c_target(target)
+        size = ffi.new("size_t *")
+        check(lib.rvdnav_context_size(self.config, c_rig, size))
+        self._memory = np.empty(size[0] + _ALIGNMENT, np.uint8)
+        offset = -self._memory.ctypes.data % _ALIGNMENT
+        handle = ffi.new("rvdnav_context **")
+        block = ffi.cast("void *", self._memory.ctypes.data + offset)
+        check(lib.rvdnav_context_init(block, size[0], self.config, c_rig, c_target, handle))
+        self.handle = handle[0]
+
+
+def _c_rig(rig: Rig) -> Any:
+    c_rig = ffi.new("rvdnav_rig *")
+    c_rig.struct_size = ffi.sizeof("rvdnav_rig")
+    c_rig.width = rig.width
+    c_rig.height = rig.height
+    c_rig.camera_count = len(rig.cameras)
+    c_rig.focal_rect = rig.focal_rect
+    c_rig.baseline = rig.baseline if rig.is_stereo else 0.0
+    for i, camera in enumerate(rig.cameras):
+        out = c_rig.camera[i]
+        out.fx, out.fy, out.cx, out.cy = camera.fx, camera.fy, camera.cx, camera.cy
+        out.k1, out.k2, out.p1, out.p2 = (float(k) for k in camera.distortion)
+        out.R_rect_cam = np.asarray(rig.R_rect_cam(i), np.float64).ravel().tolist()
+    return c_rig
+
+
+def _c_target(target: Target) -> Any:
+    bracket = target.bracket
+    c_target = ffi.new("rvdnav_target *")
+    c_target.struct_size = ffi.sizeof("rvdnav_target")
+    c_target.outer = bracket.outer.tolist()
+    c_target.inner = bracket.inner.tolist()
+    c_target.thickness = bracket.thickness
+    return c_target
