@@ -1,0 +1,70 @@
+"""The pose mathematics: closed-form pose, attitude angles, refinement with covariance, and prediction.
+
+Readable numpy throughout; every formula names its source.  The frames and orders are those of docs/conventions.md.
+"""
+
+from rvdnav.pose.cameras import RectifiedCameras
+from rvdnav.pose.errors import PoseError
+from rvdnav.pose.euler import (
+    EulerAngles,
+    elementary_x,
+    elementary_y,
+    elementary_z,
+    euler_from_rotation,
+    rotation_from_euler,
+)
+from rvdnav.pose.filter import ConstantVelocityFilter, PredictedPose
+from rvdnav.pose.refine import EdgeSamples, RefinedPose, edge_residuals, refine_pose
+from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_lines
+from rvdnav.pose.so3 import (
+    difference,
+    exp,
+    hat,
+    inverse_T,
+    left_jacobian,
+    log,
+    make_T,
+    perturb,
+    project_to_so3,
+    quaternion_xyzw,
+    rotation_angle,
+    rotation_from_quaternion_xyzw,
+)
+from rvdnav.pose.threepoint import frame_from_points, pose_from_apexes, three_point_pose
+from rvdnav.pose.triangulate import triangulate
+
+__all__ = [
+    "ConstantVelocityFilter",
+    "EdgeSamples",
+    "EulerAngles",
+    "LineMeasurements",
+    "PoseError",
+    "PredictedPose",
+    "RectifiedCameras",
+    "RefinedPose",
+    "difference",
+    "edge_residuals",
+    "elementary_x",
+    "elementary_y",
+    "elementary_z",
+    "euler_from_rotation",
+    "exp",
+    "frame_from_points",
+    "hat",
+    "inverse_T",
+    "left_jacobian",
+    "line_residuals",
+    "log",
+    "make_T",
+    "perturb",
+    "pose_from_apexes",
+    "project_to_so3",
+    "quaternion_xyzw",
+    "refine_pose",
+    "refine_pose_lines",
+    "rotation_angle",
+    "rotation_from_euler",
+    "rotation_from_quaternion_xyzw",
+    "three_point_pose",
+    "triangulate",
+]

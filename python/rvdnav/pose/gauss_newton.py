@@ -1,0 +1,142 @@
+"""Robust Gauss-Newton on a pose: the solver that the refinements over samples and over lines share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from attrs import frozen
+
+from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.errors import PoseError
+from rvdnav.pose.loss import HUBER_K, Loss, cost, response, robust_scale, weights
+from rvdnav.pose.so3 import make_T, perturb, project_to_so3
+
+# Residual blocks (m, d), whitened, and their derivatives (m, d, 6) with respect to (dp, dtheta), at a pose (4, 4).
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+# Steps are measured in standard deviations of the pose: sqrt(stepᵀ H step) / scale.
+_CONVERGED_STEP = 1e-4
+_START_STEP = 0.3
+_START_ITERATIONS = 8
+_DAMPING = (0.0, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 1e2)
+# Largest condition number of the normal matrix scaled to unit diagonal.
+_MAX_CONDITION = 1e8
+
+
+@frozen(eq=False)
+class GaussNewtonSolution:
+    """The minimum that was found: pose (4, 4), the whitened blocks there (m, d) with derivatives (m, d, 6), their
+    weights (m,), the normal matrix sum(w Jᵀ J) (6, 6) with its inverse, the loss's response (see `loss.response`) and
+    how it went."""
+
+    T: FloatArray
+    residuals: FloatArray
+    jacobians: FloatArray
+    weights: FloatArray
+    normal_matrix: FloatArray
+    inverse: FloatArray
+    response: float
+    iterations: int
+    converged: bool
+
+
+def minimise(
+    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float, scale_floor: float, max_iterations: int
+) -> GaussNewtonSolution:
+    """The pose that minimises the robust loss of the blocks, from T (4, 4) on.
+
+    Tukey's loss is not convex, so the start is Huber's loss with the scale taken anew in every step; then the asked
+    loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  A step
+    that raises the cost is damped (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the pose or
+    `evaluate` raises it at T.
+    """
+    residuals, jacobians = evaluate(T)
+    components = residuals.shape[1]
+    phase: Loss = "huber"
+    phase_k, scale = HUBER_K, scale_floor
+    starting, iterations, converged = True, 0, False
+    while iterations < max_iterations and not converged:
+        norms = _norms(residuals)
+        if starting:
+            scale = robust_scale(norms, components, scale_floor)
+        w = weights(norms, phase, phase_k, scale)
+        normal_matrix, gradient = _normal_equations(residuals, jacobians, w)
+        units, eigenvalues, eigenvectors = _decompose(normal_matrix)
+        # The loss curves less than its weights say; without this the steps are too short and convergence is slow.
+        gradient /= response(norms, components, phase, phase_k, scale)
+        before = cost(norms, phase, phase_k, scale)
+        for damping in _DAMPING:
+            step = -units * (eigenvectors @ ((eigenvectors.T @ (units * gradient)) / (eigenvalues + damping)))
+            length = float(np.sqrt(step @ normal_matrix @ step)) / scale
+            moved = perturb(T, step)
+            trial = _try(evaluate, moved)
+            # A step this short is at the rounding of the cost, where comparing costs says nothing.
+            if trial is not None and (
+                length < _CONVERGED_STEP or cost(_norms(trial[0]), phase, phase_k, scale) <= before
+            ):
+                T = moved
+                residuals, jacobians = trial
+                break
+        else:
+            break
+        iterations += 1
+        if not starting:
+            converged = length < _CONVERGED_STEP
+        elif length < _START_STEP or iterations == _START_ITERATIONS:
+            scale = robust_scale(_norms(residuals), components, scale_floor)
+            phase, phase_k, starting = loss, k, False
+    norms = _norms(residuals)
+    w = weights(norms, phase, phase_k, scale)
+    normal_matrix, _ = _normal_equations(residuals, jacobians, w)
+    return GaussNewtonSolution(
+        T=make_T(project_to_so3(T[:3, :3]), T[:3, 3]),
+        residuals=residuals,
+        jacobians=jacobians,
+        weights=w,
+        normal_matrix=normal_matrix,
+        inverse=_inverse(normal_matrix),
+        response=response(norms, components, phase, phase_k, scale),
+        iterations=iterations,
+        converged=converged,
+    )
+
+
+def _inverse(normal_matrix: FloatArray) -> FloatArray:
+    units, eigenvalues, eigenvectors = _decompose(normal_matrix)
+    root = units[:, None] * eigenvectors / np.sqrt(eigenvalues)
+    inverse: FloatArray = root @ root.T
+    return inverse
+
+
+def _norms(residuals: FloatArray) -> FloatArray:
+    norms: FloatArray = np.sqrt(np.einsum("md,md->m", residuals, residuals))
+    return norms
+
+
+def _normal_equations(residuals: FloatArray, jacobians: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+    rows = jacobians.reshape(-1, 6)
+    weighted = (jacobians * w[:, None, None]).reshape(-1, 6)
+    return weighted.T @ rows, weighted.T @ residuals.ravel()
+
+
+def _decompose(normal_matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Units (6,) of the parameters in which the normal matrix has a unit diagonal; its eigenvalues and -vectors there.
+
+    Metres and radians differ in scale by the distance; only in such units does a condition number say something.
+    Raises PoseError if the matrix is singular or nearly so.
+    """
+    diagonal = np.diagonal(normal_matrix)
+    if (diagonal > 0.0).all():
+        units = 1.0 / np.sqrt(diagonal)
+        eigenvalues, eigenvectors = np.linalg.eigh(normal_matrix * np.outer(units, units))
+        if eigenvalues[0] * _MAX_CONDITION > eigenvalues[-1]:
+            return units, eigenvalues, eigenvectors
+    raise PoseError("the measurements do not determine the pose")
+
+
+def _try(evaluate: Evaluate, T: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    try:
+        return evaluate(T)
+    except PoseError:
+        return None
