@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import attrs
@@ -42,12 +43,12 @@ class CameraModel:
     Model: D. C. Brown, "Close-range camera calibration", Photogrammetric Engineering 37 (1971).
     """
 
-    width: int = attrs.field(validator=_positive)
-    height: int = attrs.field(validator=_positive)
-    fx: float = attrs.field(validator=[_finite, _positive])
-    fy: float = attrs.field(validator=[_finite, _positive])
-    cx: float = attrs.field(validator=_finite)
-    cy: float = attrs.field(validator=_finite)
+    width: int = attrs.field(converter=operator.index, validator=_positive)
+    height: int = attrs.field(converter=operator.index, validator=_positive)
+    fx: float = attrs.field(converter=float, validator=[_finite, _positive])
+    fy: float = attrs.field(converter=float, validator=[_finite, _positive])
+    cx: float = attrs.field(converter=float, validator=_finite)
+    cy: float = attrs.field(converter=float, validator=_finite)
     distortion: FloatArray = attrs.field(converter=_distortion, eq=attrs.cmp_using(eq=np.array_equal))
 
     _fold_radius2: float = attrs.field(init=False, eq=False, repr=False)
