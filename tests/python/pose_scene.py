@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
 from rvdnav.pose import EdgeSamples, LineMeasurements, RectifiedCameras, make_T
 
 Array = NDArray[np.float64]
@@ -47,8 +46,8 @@ def exact_samples(T: Array, per_edge: int = 60, sigma: float = 0.1, cameras: tup
         for e, (a, b) in enumerate(EDGES):
             points = a + place * (b - a)
             image = project(i, T, points)
-            tangent = image[-1] - image[0]
-            tangent /= np.linalg.norm(tangent)
+            ends = project(i, T, EDGES[e])
+            tangent = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
             normal = np.array([-tangent[1], tangent[0]])
             camera.append(np.full(per_edge, i))
             edge.append(np.full(per_edge, e))

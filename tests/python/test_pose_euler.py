@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
-
 from rvdnav.pose import (
     EulerAngles,
     elementary_x,
@@ -17,6 +15,7 @@ from rvdnav.pose import (
     rotation_angle,
     rotation_from_euler,
 )
+from scipy.spatial.transform import Rotation
 
 angles = st.floats(-np.pi, np.pi)
 

@@ -1,4 +1,4 @@
-"""Rotations against scipy, OpenCV and the definition of the derivative."""
+"""Rotations against scipy and the definition of the derivative."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from rvdnav import pose
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
-
-from rvdnav import pose
 
 vectors = arrays(np.float64, 3, elements=st.floats(-10, 10))
 ANGLES = [0.0, 1e-12, 1e-9, 9.9e-5, 1.01e-4, 0.3, 2.0, np.pi - 1e-4, np.pi - 1e-9]

@@ -8,9 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pose_scene import OUTER, pose
-from scipy.spatial.transform import Rotation
-
 from rvdnav.pose import PoseError, frame_from_points, pose_from_apexes, rotation_angle, three_point_pose
+from scipy.spatial.transform import Rotation
 
 vectors = arrays(np.float64, 3, elements=st.floats(-3, 3))
 

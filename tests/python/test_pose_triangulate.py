@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 from pose_scene import CENTERS, FOCAL, R_RECT_WORLD, project
-
 from rvdnav.pose import PoseError, triangulate
 
 M_L, M_R = (

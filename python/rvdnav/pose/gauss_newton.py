@@ -9,7 +9,7 @@ from attrs import frozen
 
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.errors import PoseError
-from rvdnav.pose.loss import HUBER_K, Loss, cost, response, robust_scale, weights
+from rvdnav.pose.loss import EFFICIENT_K, Loss, cost, response, robust_scale, weights
 from rvdnav.pose.so3 import make_T, perturb, project_to_so3
 
 # Residual blocks (m, d), whitened, and their derivatives (m, d, 6) with respect to (dp, dtheta), at a pose (4, 4).
@@ -42,7 +42,7 @@ class GaussNewtonSolution:
 
 
 def minimise(
-    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float, scale_floor: float, max_iterations: int
+    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float | None, scale_floor: float, max_iterations: int
 ) -> GaussNewtonSolution:
     """The pose that minimises the robust loss of the blocks, from T (4, 4) on.
 
@@ -54,7 +54,7 @@ def minimise(
     residuals, jacobians = evaluate(T)
     components = residuals.shape[1]
     phase: Loss = "huber"
-    phase_k, scale = HUBER_K, scale_floor
+    phase_k, scale = EFFICIENT_K["huber"], scale_floor
     starting, iterations, converged = True, 0, False
     while iterations < max_iterations and not converged:
         norms = _norms(residuals)
@@ -85,7 +85,7 @@ def minimise(
             converged = length < _CONVERGED_STEP
         elif length < _START_STEP or iterations == _START_ITERATIONS:
             scale = robust_scale(_norms(residuals), components, scale_floor)
-            phase, phase_k, starting = loss, k, False
+            phase, phase_k, starting = loss, EFFICIENT_K[loss] if k is None else k, False
     norms = _norms(residuals)
     w = weights(norms, phase, phase_k, scale)
     normal_matrix, _ = _normal_equations(residuals, jacobians, w)

@@ -15,9 +15,8 @@ from rvdnav.pose.arrays import FloatArray
 
 Loss = Literal["tukey", "huber"]
 
-# 95 % efficient at a normal distribution.
-HUBER_K = 1.345
-TUKEY_K = 4.685
+# Bounds that make the losses 95 % efficient at a normal distribution.
+EFFICIENT_K: dict[Loss, float] = {"tukey": 4.685, "huber": 1.345}
 # Median length of a standard normal vector of d components, d = 1, 2.
 _MEDIAN_NORM = {1: 0.6744897501960817, 2: 1.1774100225154747}
 

@@ -19,7 +19,7 @@ from rvdnav.pose.cameras import RectifiedCameras, project_along
 from rvdnav.pose.covariance import clustered_covariance
 from rvdnav.pose.errors import PoseError
 from rvdnav.pose.gauss_newton import GaussNewtonSolution, minimise
-from rvdnav.pose.loss import TUKEY_K, Loss
+from rvdnav.pose.loss import Loss
 
 # The robust scale is never below this many stated sigmas, so that very clean frames don't reject good samples.
 _SCALE_FLOOR = 0.5
@@ -108,13 +108,14 @@ def refine_pose(
     cameras: RectifiedCameras,
     *,
     loss: Loss = "tukey",
-    k: float = TUKEY_K,
+    k: float | None = None,
     max_iterations: int = 20,
 ) -> RefinedPose:
     """The pose that fits the edge samples best, from T_world_target (4, 4) on.
 
-    loss, k: the robust loss and its bound in robust standard deviations.  The covariance is that of
-    `rvdnav.pose.covariance`, with the samples of each edge in each camera as one cluster.
+    loss, k: the robust loss and its bound in robust standard deviations (4.685 for Tukey's, 1.345 for Huber's if not
+    given).  The covariance is that of `rvdnav.pose.covariance`, with the samples of each edge in each camera as one
+    cluster.
     Raises PoseError if the samples do not determine the pose (too few, or all on edges that leave a motion open) or if
     the target is not in front of the cameras.
     """

@@ -15,7 +15,7 @@ from rvdnav.pose.cameras import RectifiedCameras, project_along
 from rvdnav.pose.covariance import white_covariance
 from rvdnav.pose.errors import PoseError
 from rvdnav.pose.gauss_newton import minimise
-from rvdnav.pose.loss import TUKEY_K, Loss
+from rvdnav.pose.loss import Loss
 from rvdnav.pose.refine import RefinedPose, refined_pose
 
 # Independent part of an endpoint distance's standard deviation, px; an edge seen end-on has nothing else in its tilt.
@@ -84,7 +84,7 @@ def refine_pose_lines(
     cameras: RectifiedCameras,
     *,
     loss: Loss = "tukey",
-    k: float = TUKEY_K,
+    k: float | None = None,
     max_iterations: int = 20,
 ) -> RefinedPose:
     """The pose that fits the lines best, from T_world_target (4, 4) on; a line is trusted or rejected as a whole.
