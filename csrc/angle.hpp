@@ -1,0 +1,65 @@
+// Angles in integers: tables that the compiler computes from + - * / alone, so that every build has the same.
+#pragma once
+
+#include <stdint.h>
+
+namespace rvdnav {
+
+struct CosSin {
+  double c, s;
+};
+
+// Cosine and sine of an angle in degrees, to the last bits: reduced to +-45 degrees, then their power series.
+constexpr CosSin cos_sin_degrees(double degrees) {
+  int quarters = 0;
+  while (degrees > 45.0) {
+    degrees -= 90.0;
+    ++quarters;
+  }
+  while (degrees < -45.0) {
+    degrees += 90.0;
+    quarters += 3;
+  }
+  const double x = degrees * (3.14159265358979323846 / 180.0);
+  double c = 1.0, s = x, c_term = 1.0, s_term = x;
+  for (int k = 1; k < 12; ++k) {
+    c_term *= -x * x / ((2 * k - 1) * (2 * k));
+    s_term *= -x * x / ((2 * k) * (2 * k + 1));
+    c += c_term;
+    s += s_term;
+  }
+  switch (quarters % 4) {
+    case 0:
+      return {c, s};
+    case 1:
+      return {-s, c};
+    case 2:
+      return {-c, -s};
+    default:
+      return {s, -c};
+  }
+}
+
+constexpr int32_t round_half_away(double value) { return static_cast<int32_t>(value < 0 ? value - 0.5 : value + 0.5); }
+
+// v / 2^n rounded down, for negative v too.
+constexpr int32_t floor_shift(int32_t v, int32_t n) { return v >= 0 ? v >> n : ~(~v >> n); }
+
+// v / d rounded to the nearest, d positive.
+constexpr int32_t round_divide(int32_t v, int32_t d) { return (v >= 0 ? v + d / 2 : v - d / 2) / d; }
+
+struct UnitQ14 {
+  int16_t c, s;
+};
+
+constexpr UnitQ14 unit_q14(double degrees) {
+  const CosSin exact = cos_sin_degrees(degrees);
+  return {static_cast<int16_t>(round_half_away(exact.c * 16384.0)),
+          static_cast<int16_t>(round_half_away(exact.s * 16384.0))};
+}
+
+// Binary angle of a vector: 256 levels to the turn, from +x towards +y; 0 for the null vector.  Wrong by at most one
+// level (0.7 of one).  Components up to 2^24 in size.
+uint8_t binary_angle(int32_t x, int32_t y);
+
+}  // namespace rvdnav

@@ -1,0 +1,29 @@
+// Tracking: the peaks of Hough space inside given windows.
+#pragma once
+
+#include "hough.hpp"
+
+namespace rvdnav {
+
+// Windows are cut to these half-widths.
+constexpr int32_t kTrackMaxHalfRho = 64;    // pixels
+constexpr int32_t kTrackMaxHalfTheta = 15;  // degrees
+
+// Each window's own accumulator has cells of half a pixel by half a degree, and around the window as many more as
+// smoothing along rho and along an edge's shear needs.
+constexpr int32_t kTrackMaxShear = 26;  // cells a row
+constexpr int32_t kTrackMaxCells = 4 * kTrackMaxHalfRho + 2 + 2 * (4 + 2 * kTrackMaxShear);
+constexpr int32_t kTrackMaxRows = 4 * kTrackMaxHalfTheta + 2 + 2 * 2;
+
+struct TrackScratch {
+  uint16_t votes[kTrackMaxCells * kTrackMaxRows];
+};
+
+// The highest peak whose rho and theta lie inside each window, among the edgels beside the expected extent [t_min,
+// t_max] (and 10 % of its length + 4 pixels more at both ends) and within spread degrees of their gradient.  Votes:
+// edgels weighted by a triangle of 1.5 pixels to both sides.  A peak with fewer than max(6, a quarter of the length) or
+// a mere flank of one outside is none: its votes are 0 and it stands in the window's middle.
+void hough_track(const rvdnav_edgel* edgels, uint32_t n, int32_t spread, const rvdnav_window* windows,
+                 uint32_t n_windows, TrackScratch& scratch, rvdnav_peak* out);
+
+}  // namespace rvdnav
