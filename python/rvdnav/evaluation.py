@@ -24,8 +24,6 @@ RANGE_EDGES_M = (0.0, 0.5, 0.8, 1.1, np.inf)
 """Limits of the range bins, each [lower, upper)."""
 PAPER_POSITION_M = 0.020
 PAPER_ATTITUDE_RAD = float(np.radians(2.0))
-COMPONENTS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
-"""Order of the six error components, all in W."""
 
 
 class TruePoses(Protocol):

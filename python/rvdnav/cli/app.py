@@ -1,0 +1,103 @@
+"""Commands and exit codes: 0 done, 1 ran but no pose, 2 bad input with one clear line on stderr."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, NoReturn, cast
+
+import typer
+
+from rvdnav import __version__
+from rvdnav.cli.bench import bench
+from rvdnav.cli.evaluate import evaluate
+from rvdnav.cli.run import run
+from rvdnav.errors import InputError
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+# Typer exports no base class of its usage errors, and the module that it lives in differs between Typer's versions.
+_UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
+
+app = typer.Typer(
+    help="Stereo-vision navigation for spacecraft rendezvous and docking.",
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"rvdnav {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _common(
+    show_version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Stereo-vision navigation for spacecraft rendezvous and docking."""
+
+
+@app.command("run")
+def _run(
+    sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
+) -> int:
+    """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR."""
+    return run(sequence, out)
+
+
+@app.command("evaluate")
+def _evaluate(
+    sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the sequence, with its truth.")],
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run over it.")],
+) -> int:
+    """Compare a run with the true poses: a table, and evaluation.html in DIR."""
+    return evaluate(sequence, directory)
+
+
+@app.command("bench")
+def _bench(
+    sequence: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SEQUENCE]", help="Folder of a stereo sequence; examples/approach by default."),
+    ] = None,
+) -> int:
+    """Time every stage and the whole frame, beside OpenCV's Canny and Hough transform on the same images."""
+    return bench(sequence)
+
+
+def execute(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit code; a user's mistake gets one line on stderr, never a traceback."""
+    try:
+        code = app(args=list(arguments), prog_name="rvdnav", standalone_mode=False)
+    except _UsageError as error:
+        return _complain(error.format_message())
+    except InputError as error:
+        return _complain(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        return EXIT_INTERRUPTED
+    return int(code or 0)
+
+
+def _complain(fault: str) -> int:
+    print(f"rvdnav: {' '.join(fault.split())}", file=sys.stderr)
+    return EXIT_BAD_INPUT
+
+
+def _stop(number: int, _: FrameType | None) -> NoReturn:
+    # As an exception, so that half-written output is removed on the way out.
+    raise SystemExit(128 + number)
+
+
+def main() -> NoReturn:
+    """Entry point of the ``rvdnav`` program."""
+    signal.signal(signal.SIGTERM, _stop)
+    sys.exit(execute(sys.argv[1:]))

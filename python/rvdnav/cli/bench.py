@@ -1,0 +1,53 @@
+"""``rvdnav bench``: the speed table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.table import Table
+
+import rvdnav
+from rvdnav.benchmark import Benchmark, Timing, benchmark
+from rvdnav.cli.tables import console
+from rvdnav.errors import InputError
+from rvdnav.sequence import open_sequence
+
+_EXAMPLE = Path("examples/approach")
+
+
+def bench(path: Path | None) -> int:
+    """Time the frames of the sequence at ``path``, of the example where it is None.  Raises InputError."""
+    _print_benchmark(benchmark(open_sequence(path or _example())))
+    return 0
+
+
+def _example() -> Path:
+    """The example beside the working folder, else that of the checkout which the package is imported from."""
+    for root in (Path(), Path(rvdnav.__file__).resolve().parents[2]):
+        if (root / _EXAMPLE).is_dir():
+            return root / _EXAMPLE
+    raise InputError(f"{_EXAMPLE}: no such folder; name a sequence")
+
+
+def _print_benchmark(result: Benchmark) -> None:
+    kinds: list[Timing | None] = [result.acquisition, result.tracking]
+    table = Table(title="Median time of a stereo frame, ms", title_justify="left")
+    table.add_column("stage")
+    table.add_column("acquisition", justify="right")
+    table.add_column("tracking", justify="right")
+    stages = dict.fromkeys(stage for kind in kinds if kind is not None for stage in kind.stages)
+    for stage in stages:
+        table.add_row(stage, *(_milliseconds(None if kind is None else kind.stages.get(stage)) for kind in kinds))
+    table.add_section()
+    table.add_row("whole frame", *(_milliseconds(None if kind is None else kind.frame) for kind in kinds))
+    table.add_row("frames/s", *("-" if kind is None else f"{1 / kind.frame:.1f}" for kind in kinds))
+    table.add_row("frames timed", *("0" if kind is None else str(kind.frames) for kind in kinds))
+    table.add_section()
+    table.add_row("cv2.Canny(image, 50, 150)", *[_milliseconds(result.canny)] * 2)
+    table.add_row("cv2.HoughLines on its edges", *[_milliseconds(result.hough)] * 2)
+    console.print(table)
+    console.print("OpenCV's times are for both images of a frame; the stages of the two views run at the same time.")
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "-" if seconds is None else f"{seconds * 1e3:.2f}"

@@ -1,0 +1,77 @@
+"""``rvdnav run``: a sequence in, poses, solutions and a report out."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from rvdnav import Navigator, open_sequence
+from rvdnav.cli.tables import console, print_summary
+from rvdnav.core import Core
+from rvdnav.errors import InputError
+from rvdnav.evaluation import Evaluation, evaluate
+from rvdnav.output import staged_directory, write_solutions
+from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
+from rvdnav.sequence import Sequence
+from rvdnav.solution import Solution
+
+
+def run(path: Path, out: Path) -> int:
+    """Process the sequence at ``path`` into ``out``; 0 if any pose was published, else 1.  Raises InputError."""
+    sequence = open_sequence(path)
+    if not len(sequence):
+        raise InputError(f"{path}: holds no frames")
+    with staged_directory(out) as staging:
+        solutions = _process(sequence)
+        write_solutions(staging, solutions)
+        evaluation = _evaluation(sequence, solutions)
+        write_report(
+            staging / "report.html",
+            path.resolve().name,
+            solutions,
+            truth=sequence.truth,
+            evaluation=evaluation,
+            pictures=_pictures(sequence, solutions),
+        )
+    print_summary(solutions, evaluation)
+    console.print(f"report: {out / 'report.html'}", soft_wrap=True)
+    return 0 if any(solution.published for solution in solutions) else 1
+
+
+def _process(sequence: Sequence) -> list[Solution]:
+    navigator = Navigator(sequence.rig, sequence.target)
+    solutions: list[Solution] = []
+    told: set[str] = set()
+    errors = Console(stderr=True, highlight=False)
+    with _progress(errors) as progress:
+        for frame in progress.track(sequence, total=len(sequence), description="frames"):
+            solutions.append(navigator.process(frame))
+            for notice in sequence.notices:
+                if notice not in told:
+                    errors.print(f"rvdnav: note: {notice}", soft_wrap=True, markup=False)
+                    told.add(notice)
+    return solutions
+
+
+def _progress(errors: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
+
+
+def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:
+    truth = sequence.truth
+    if truth is None or all(truth.at(solution.timestamp_ns) is None for solution in solutions):
+        return None
+    return evaluate(solutions, truth)
+
+
+def _pictures(sequence: Sequence, solutions: list[Solution]) -> list[Picture]:
+    edges = partial(edge_mask, Core(sequence.rig, sequence.target))
+    drawn = [
+        draw_picture(sequence[index], solutions[index], sequence.rig, sequence.target, edges)
+        for index in strip_indices(len(sequence))
+    ]
+    return [picture for picture in drawn if picture is not None]

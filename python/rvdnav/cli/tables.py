@@ -1,0 +1,85 @@
+"""Tables on the terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
+from rvdnav.solution import Solution, State
+from rvdnav.summary import median_frame_time, median_sigmas
+
+console = Console(highlight=False)
+"""Results, on stdout."""
+
+
+def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) -> None:
+    """What a run gave, in one two-column table."""
+    published = sum(s.published for s in solutions)
+    states = Counter(s.state for s in solutions)
+    table = Table(show_header=False, title="Run", title_justify="left")
+    table.add_column(style="bold")
+    table.add_column(justify="right")
+    table.add_row("frames", str(len(solutions)))
+    table.add_row("published", f"{published} ({_percent(published, len(solutions))})")
+    for state in State:
+        if states[state]:
+            table.add_row(state.name, str(states[state]))
+    sigmas = median_sigmas(solutions)
+    if sigmas is not None:
+        table.add_row("median sigma position", f"{sigmas[0] * 1e3:.3f} mm")
+        table.add_row("median sigma attitude", f"{np.degrees(sigmas[1]):.3f} deg")
+    if evaluation is not None and evaluation.overall.position_m and evaluation.overall.attitude_rad:
+        position, attitude = evaluation.overall.position_m, evaluation.overall.attitude_rad
+        table.add_row("position error, median / 95 %", f"{position.median * 1e3:.3f} / {position.p95 * 1e3:.3f} mm")
+        degrees = np.degrees([attitude.median, attitude.p95])
+        table.add_row("attitude error, median / 95 %", f"{degrees[0]:.3f} / {degrees[1]:.3f} deg")
+    seconds = median_frame_time(solutions)
+    if seconds:
+        table.add_row("median time per frame", f"{seconds * 1e3:.1f} ms ({1 / seconds:.1f} frames/s)")
+    console.print(table)
+
+
+def print_evaluation(evaluation: Evaluation) -> None:
+    """Errors by range, then what the covariances were worth."""
+    table = Table(title="Errors: median / 95 % / max", title_justify="left")
+    table.add_column("range")
+    for heading in ("published", "position, mm", "attitude, deg"):
+        table.add_column(heading, justify="right")
+    for row in evaluation.rows:
+        if row.frames:
+            table.add_row(*_range_cells(row))
+    table.add_section()
+    table.add_row(*_range_cells(evaluation.overall))
+    console.print(table)
+    if not evaluation.published:
+        return
+    console.print(f"within 20 mm and 2 deg: {100 * evaluation.within_paper_limits:.1f} % of the published")
+    console.print(f"wrong (> 20 mm or > 2 deg (1 + range / 1 m)): {int(evaluation.wrong.sum())}")
+    console.print(f"mean NEES / 6: {evaluation.mean_nees_ratio:.2f}")
+    shares = [f"{100 * share:.1f}" for share in evaluation.within_3_sigma]
+    position, rotation = " ".join(shares[:3]), " ".join(shares[3:])
+    console.print(f"within 3 sigma, %: position {position}, rotation {rotation}")
+
+
+def _range_cells(row: RangeRow) -> list[str]:
+    return [
+        row.name,
+        f"{row.published} of {row.frames}",
+        _triple(row.position_m, 1e3),
+        _triple(row.attitude_rad, float(np.degrees(1.0))),
+    ]
+
+
+def _triple(quantiles: Quantiles | None, scale: float) -> str:
+    if quantiles is None:
+        return "-"
+    return " / ".join(f"{value * scale:.3f}" for value in (quantiles.median, quantiles.p95, quantiles.max))
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100 * part / whole:.1f} %"

@@ -1,0 +1,94 @@
+"""The files of a run, written all or not at all, and read back."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from rvdnav.errors import InputError
+from rvdnav.files import read_text
+from rvdnav.sequence import read_tum, write_tum
+from rvdnav.solution import Solution
+
+POSES = "poses.tum"
+SOLUTIONS = "solutions.jsonl"
+
+
+@contextmanager
+def staged_directory(directory: Path) -> Iterator[Path]:
+    """Give a temporary folder whose files are moved into ``directory`` when the block ends well.
+
+    After an exception or an interrupt the folder is gone and ``directory`` is as it was.  It lies on the same file
+    system, so that each move is atomic.  Raises InputError when ``directory`` cannot be written.
+    """
+    ancestor = directory
+    while not ancestor.exists() and ancestor != ancestor.parent:
+        ancestor = ancestor.parent
+    if not ancestor.is_dir():
+        raise InputError(f"{ancestor}: not a folder")
+    try:
+        staging = Path(tempfile.mkdtemp(prefix=".rvdnav-", dir=ancestor))
+    except OSError as error:
+        raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
+    try:
+        yield staging
+        _publish(staging, directory)
+    except OSError as error:  # the disk is full, a name is taken by a folder, ...
+        raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def _publish(staging: Path, directory: Path) -> None:
+    directory.mkdir(parents=True, exist_ok=True)
+    for file in sorted(staging.iterdir()):
+        os.replace(file, directory / file.name)
+
+
+def write_solutions(folder: Path, solutions: Iterable[Solution]) -> None:
+    """Write ``poses.tum`` (published frames alone) and ``solutions.jsonl`` (one object a frame)."""
+    published = []
+    with (folder / SOLUTIONS).open("w", encoding="utf-8") as file:
+        for solution in solutions:
+            file.write(json.dumps(solution.to_json(), allow_nan=False) + "\n")
+            if solution.T_world_target is not None:
+                published.append((solution.timestamp_ns, solution.T_world_target))
+    write_tum(folder / POSES, published)
+
+
+def read_solutions(folder: Path) -> tuple[Solution, ...]:
+    """Read a run back and check that both of its files say the same.
+
+    Raises InputError naming the file when one is missing or damaged, or when they disagree.
+    """
+    path = folder / SOLUTIONS
+    lines = read_text(path).splitlines()
+    solutions = tuple(_parse(path, number, line) for number, line in enumerate(lines, start=1))
+    if not solutions:
+        raise InputError(f"{path}: holds no frames")
+    _check_poses(folder / POSES, solutions)
+    return solutions
+
+
+def _parse(path: Path, number: int, line: str) -> Solution:
+    try:
+        return Solution.from_json(json.loads(line))
+    except (InputError, ValueError) as error:
+        raise InputError(f"{path}: line {number}: {error}") from error
+
+
+def _check_poses(path: Path, solutions: Sequence[Solution]) -> None:
+    poses = read_tum(path)
+    published = [(s.timestamp_ns, s.T_world_target) for s in solutions if s.T_world_target is not None]
+    if [timestamp_ns for timestamp_ns, _ in published] != poses.timestamps_ns.tolist():
+        raise InputError(f"{path}: its frames are not those published in {SOLUTIONS}")
+    for (timestamp_ns, T_world_target), pose in zip(published, poses.T_world_target, strict=True):
+        if not np.allclose(T_world_target, pose, rtol=0, atol=1e-6):  # 9 decimals are written
+            raise InputError(f"{path}: the pose at {timestamp_ns} ns is not the one in {SOLUTIONS}")

@@ -1,0 +1,7 @@
+"""The report of a run: one self-contained HTML page."""
+
+from rvdnav.report.edges import edge_mask
+from rvdnav.report.page import write_report
+from rvdnav.report.strip import Picture, draw_picture, strip_indices
+
+__all__ = ["Picture", "draw_picture", "edge_mask", "strip_indices", "write_report"]

@@ -1,0 +1,198 @@
+"""The command line: files, exit codes and one clear line for a user's mistake."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+import rvdnav.cli.run
+from rvdnav.cli.app import execute
+from rvdnav.sequence import open_sequence, write_tum
+from rvdnav.solution import Reason, Solution, State
+from solutions import a_run, true_poses
+
+FRAMES = 8
+
+
+class Scripted:
+    """A navigator that gives the made-up run, so that the command line is tested alone."""
+
+    def __init__(self, rig, target):
+        self.run = None
+
+    def process(self, frame):
+        if self.run is None:
+            self.run = iter(a_run([frame.timestamp_ns + 125_000_000 * i for i in range(FRAMES)]))
+        return next(self.run)
+
+
+class Blind(Scripted):
+    """A navigator that never finds anything."""
+
+    def process(self, frame):
+        return Solution(timestamp_ns=frame.timestamp_ns, state=State.SEARCHING, reasons={Reason.NO_TARGET})
+
+
+@pytest.fixture
+def sequence(make_sequence, monkeypatch):
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Scripted)
+    monkeypatch.setattr(rvdnav.cli.run, "Core", lambda rig, target: None)
+    monkeypatch.setattr(rvdnav.cli.run, "edge_mask", lambda core, camera, image: cv2.Canny(image, 50, 150) > 0)
+    return make_sequence(FRAMES)
+
+
+def add_truth(sequence):
+    stamps = [frame.timestamp_ns for frame in open_sequence(sequence)]
+    write_tum(sequence / "groundtruth.tum", list(true_poses(stamps).items()))
+
+
+def stderr_line(capsys):
+    out, err = capsys.readouterr()
+    assert "Traceback" not in out + err
+    (line,) = err.splitlines()
+    assert line.startswith("rvdnav: ")
+    return line
+
+
+def test_run_writes_three_files_and_sums_up(sequence, tmp_path, capsys):
+    out = tmp_path / "new" / "out"
+    assert execute(["run", str(sequence), "--out", str(out)]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["poses.tum", "report.html", "solutions.jsonl"]
+    lines = [json.loads(line) for line in (out / "solutions.jsonl").read_text().splitlines()]
+    assert [line["state"] for line in lines] == ["SEARCHING", *["TRACKING"] * 4, "COASTING", *["TRACKING"] * 2]
+    page = (out / "report.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 6
+    assert "<h1>sequence" in page
+    text = capsys.readouterr().out
+    for words in ("6 (75.0 %)", "COASTING", "median sigma position", "10.0 ms (100.0 frames/s)", "report.html"):
+        assert words in text
+    assert "position error" not in text  # there is no truth
+
+
+def test_run_twice_gives_the_same_bytes(sequence, tmp_path):
+    for name in ("a", "b"):
+        execute(["run", str(sequence), "--out", str(tmp_path / name)])
+    for file in ("poses.tum", "solutions.jsonl", "report.html"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_run_with_truth_reports_errors_and_evaluate_agrees(sequence, tmp_path, capsys):
+    add_truth(sequence)
+    out = tmp_path / "out"
+    assert execute(["run", str(sequence), "--out", str(out)]) == 0
+    assert "position error" in capsys.readouterr().out
+    assert "Errors by range" in (out / "report.html").read_text()
+    assert execute(["evaluate", str(sequence), str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "6 of 8" in text
+    assert "within 20 mm and 2 deg: 100.0 %" in text
+    assert "wrong (> 20 mm or > 2 deg (1 + range / 1 m)): 0" in text
+    assert "mean NEES / 6" in text
+    assert all(len(line) <= 80 for line in text.splitlines() if "plots:" not in line)
+    assert "Errors and 3σ band" in (out / "evaluation.html").read_text()
+
+
+def test_no_pose_is_exit_code_1_with_the_files_written(sequence, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Blind)
+    add_truth(sequence)
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 1
+    assert "0 (0.0 %)" in capsys.readouterr().out
+    assert (tmp_path / "out" / "report.html").exists()
+    assert execute(["evaluate", str(sequence), str(tmp_path / "out")]) == 1
+
+
+def test_a_truth_of_another_time_is_no_hindrance_to_run(sequence, tmp_path, capsys):
+    write_tum(sequence / "groundtruth.tum", [(5, np.eye(4))])
+    out = tmp_path / "out"
+    assert execute(["run", str(sequence), "--out", str(out)]) == 0
+    capsys.readouterr()
+    assert execute(["evaluate", str(sequence), str(out)]) == 2
+    assert "no frame of the run has a true pose" in stderr_line(capsys)
+
+
+def test_oddities_of_the_sequence_are_told_once(sequence, tmp_path, capsys):
+    image = sorted((sequence / "cam1" / "data").iterdir())[2]
+    image.write_bytes(image.read_bytes()[:60])
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 0
+    notes = capsys.readouterr().err.splitlines()
+    assert sum(image.name in note for note in notes) == 1
+    assert all(note.startswith("rvdnav: note: ") for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fault"),
+    [
+        (["run", "{tmp}/nowhere", "--out", "{tmp}/out"], "{tmp}/nowhere"),
+        (["run", "{sequence}", "--out", "{tmp}/file"], "{tmp}/file: not a folder"),
+        (["evaluate", "{sequence}", "{tmp}"], "groundtruth.tum"),
+        (["bench", "{tmp}/nowhere"], "{tmp}/nowhere"),
+        (["run", "{sequence}"], "--out"),
+        (["run", "{sequence}", "--out", "x", "--fast"], "--fast"),
+        (["run", "--out", "x"], "SEQUENCE"),
+        (["fly"], "fly"),
+        ([], "ommand"),
+    ],
+)
+def test_a_mistake_gets_one_line_and_exit_code_2(sequence, tmp_path, capsys, arguments, fault):
+    (tmp_path / "file").write_text("")
+    before = sorted(tmp_path.rglob("*"))
+    places = {"tmp": tmp_path, "sequence": sequence}
+    assert execute([argument.format(**places) for argument in arguments]) == 2
+    assert fault.format(**places) in stderr_line(capsys)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_bad_calibration_leaves_no_output(sequence, tmp_path, capsys):
+    camchain = (sequence / "camchain.yaml").read_text()
+    (sequence / "camchain.yaml").write_text(camchain.replace("66.8", ".nan"))
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 2
+    assert "camchain.yaml" in stderr_line(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_empty_sequence_is_bad_input(make_sequence, tmp_path, capsys):
+    assert execute(["run", str(make_sequence(0)), "--out", str(tmp_path / "out")]) == 2
+    assert "sequence" in stderr_line(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupt_leaves_no_output(sequence, tmp_path, monkeypatch):
+    class Interrupted(Scripted):
+        def process(self, frame):
+            os.kill(os.getpid(), signal.SIGINT)
+            return super().process(frame)
+
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Interrupted)
+    before = sorted(tmp_path.rglob("*"))
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 130
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_damaged_run_is_bad_input(sequence, tmp_path, capsys):
+    add_truth(sequence)
+    out = tmp_path / "out"
+    execute(["run", str(sequence), "--out", str(out)])
+    with (out / "solutions.jsonl").open("a") as file:
+        file.write("{}\n")
+    capsys.readouterr()
+    assert execute(["evaluate", str(sequence), str(out)]) == 2
+    assert "solutions.jsonl: line 9" in stderr_line(capsys)
+
+
+def test_version_and_help(capsys):
+    assert execute(["--version"]) == 0
+    assert capsys.readouterr().out == f"rvdnav {rvdnav.__version__}\n"
+    assert execute(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(command in text for command in ("run", "evaluate", "bench"))
+
+
+def test_the_program_itself_exits_with_the_code(tmp_path):
+    program = [sys.executable, "-c", "from rvdnav.cli import main; main()", "run", str(tmp_path), "--out", "x"]
+    result = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert result.returncode == 2
+    assert result.stderr.count("\n") == 1

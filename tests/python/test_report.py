@@ -1,0 +1,207 @@
+"""The report: what its figures show, that it stands alone, and that it is reproducible."""
+
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+from rvdnav.evaluation import evaluate
+from rvdnav.report import draw_picture, strip_indices, write_report
+from rvdnav.report.health import stage_figure, timeline_figure
+from rvdnav.report.motion import error_figure, pose_figure
+from rvdnav.rig import load_rig
+from rvdnav.sequence import Frame, Image
+from rvdnav.solution import Mode, Solution, State
+from rvdnav.target import load_target
+from solutions import SIGMAS, a_run, transform, true_poses
+
+START = 1_700_000_000_000_000_000
+TIMES = [START + 125_000_000 * i for i in range(9)]
+
+
+def traces(figure, name):
+    return [trace for trace in figure.data if trace.name == name]
+
+
+def test_the_pose_figure_shows_published_true_and_predicted_poses():
+    run = a_run(TIMES)
+    truth = true_poses(TIMES)
+    figure = pose_figure(run, truth)
+    x_true, x_measured, x_predicted = (
+        traces(figure, name)[0] for name in ("true", "measured", "predicted (not published)")
+    )
+    np.testing.assert_allclose(x_true.x, 0.125 * np.arange(9), atol=1e-9)
+    np.testing.assert_allclose(x_true.y, 1.4 - 0.04 * np.arange(9))
+    np.testing.assert_array_equal(np.isfinite(x_measured.y), [s.published for s in run])
+    np.testing.assert_array_equal(np.flatnonzero(np.isfinite(x_predicted.y)), [5])
+    phi = traces(figure, "measured")[3]
+    assert phi.y[3] == pytest.approx(np.degrees(run[3].euler.phi))
+    assert not traces(pose_figure(run, None), "true")
+
+
+def test_the_band_is_three_sigma_and_breaks_where_nothing_was_published():
+    run = a_run(TIMES)
+    evaluation = evaluate(run, true_poses(TIMES))
+    figure = error_figure(run, evaluation)
+    bands = traces(figure, "± 3σ")
+    assert [max(y for y in band.y if y is not None) for band in bands] == pytest.approx(
+        [*(3e3 * SIGMAS[:3]), *np.degrees(3 * SIGMAS[3:])]
+    )
+    assert list(bands[0].y).count(None) == 2  # frames 1-4 and 6-8
+    errors = traces(figure, "measured − true")
+    np.testing.assert_allclose(errors[1].y, 1e3 * evaluation.components[:, 1])
+    np.testing.assert_allclose(errors[5].y, np.degrees(evaluation.components[:, 5]))
+    assert not traces(error_figure(run, None), "measured − true")
+
+
+def test_the_timeline_shows_every_frame_in_its_state():
+    run = a_run(TIMES)
+    shown = {trace.name: len(trace.x) for trace in timeline_figure(run).data}
+    assert shown == {"SEARCHING": 1, "TRACKING, STEREO": 7, "COASTING": 1}
+    coasting = traces(timeline_figure(run), "COASTING")[0]
+    assert coasting.customdata[0] == "<br>LEFT_UNUSABLE<br>TOO_FEW_LINES"
+
+
+def test_stage_bars_are_medians_without_the_total():
+    bars = stage_figure(a_run(TIMES)).data[0]
+    assert list(bars.y) == ["edges", "refine"]
+    assert list(bars.x) == pytest.approx([2.0, 8.0])
+
+
+def write(path, run, truth=None, pictures=()):
+    evaluation = None if truth is None else evaluate(run, truth)
+    write_report(path, "a <run>", run, truth=truth, evaluation=evaluation, pictures=pictures)
+    return path.read_text(encoding="utf-8")
+
+
+def without_library(page):
+    return re.sub(r"<script>/\*\*.*?</script>", "", page, count=1, flags=re.DOTALL)
+
+
+def test_the_page_stands_alone_and_has_every_part(tmp_path):
+    page = write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES))
+    body = without_library(page)
+    assert len(body) < len(page) / 10  # plotly itself is in the page
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)[^"']""", body)
+    assert "a &lt;run&gt;" in body
+    for part in ("Errors by range", "Position and attitude", "Errors and 3σ band", "State", "Time per stage"):
+        assert f"<h2>{part}</h2>" in body
+    assert "77.8 %" in body  # 7 of 9
+    assert "100.0 fps" in body
+
+
+def test_the_page_works_without_truth_and_without_any_pose(tmp_path):
+    body = without_library(write(tmp_path / "a.html", a_run(TIMES)))
+    assert "Uncertainty (3σ)" in body
+    assert "Errors by range" not in body
+    lost = [Solution(timestamp_ns=START, state=State.LOST)]
+    assert "0.0 %" in without_library(write(tmp_path / "b.html", lost))
+
+
+def test_two_runs_give_the_same_page(tmp_path):
+    first, second = (write(tmp_path / f"{i}.html", a_run(TIMES), true_poses(TIMES)) for i in range(2))
+    assert first == second
+
+
+def test_the_range_table_shows_the_evaluation(tmp_path):
+    run, truth = a_run(TIMES), true_poses(TIMES)
+    evaluation = evaluate(run, truth)
+    body = without_library(write(tmp_path / "report.html", run, truth))
+    cells = re.findall(r"<td>([^<]*)</td>", body)
+    at = cells.index("all")
+    position = evaluation.overall.position_m
+    assert cells[at + 1 : at + 4] == ["9", "77.8 %", f"{position.median * 1e3:.3f}"]
+
+
+def test_figures_are_valid_json_in_the_page(tmp_path):
+    body = without_library(write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES)))
+    for name in ("pose", "errors", "timeline", "stages"):
+        data = re.search(rf'Plotly\.newPlot\(\s*"figure-{name}",\s*(\[.*?\]),\s*\{{', body, re.DOTALL)
+        assert json.loads(data.group(1))
+
+
+@pytest.mark.parametrize(
+    ("frames", "count", "indices"), [(48, 6, (0, 9, 19, 28, 38, 47)), (3, 6, (0, 1, 2)), (1, 6, (0,)), (0, 6, ())]
+)
+def test_strip_frames_are_spread_evenly(frames, count, indices):
+    assert strip_indices(frames, count) == indices
+
+
+@pytest.fixture
+def scene(make_sequence):
+    folder = make_sequence()
+    return load_rig(folder), load_target(folder / "target.yaml")
+
+
+def no_edges(camera, image):
+    return np.zeros(image.shape, bool)
+
+
+def published(T, view_lines):
+    return Solution(
+        timestamp_ns=START,
+        state=State.TRACKING,
+        mode=Mode.STEREO,
+        T_world_target=T,
+        covariance=np.eye(6) * 1e-6,
+        view_lines=view_lines,
+    )
+
+
+def decoded(picture):
+    return cv2.imdecode(np.frombuffer(picture.jpeg, np.uint8), cv2.IMREAD_COLOR).astype(int)
+
+
+@pytest.mark.parametrize("camera", [0, 1])
+def test_the_target_is_drawn_where_the_camera_sees_it(scene, camera):
+    rig, target = scene
+    T = transform([0.6, 0.0, 0.0])
+    image = Image(pixels=np.zeros((58, 70), np.uint8), timestamp_ns=START)
+    frame = Frame(START, image if camera == 0 else None, image)
+    canvas = decoded(draw_picture(frame, published(T, {}), rig, target, no_edges))
+    green = (canvas[:, :, 1] > 90) & (canvas[:, :, 2] < 140)
+    # cv2.projectPoints as the independent camera; the picture is enlarged twice.
+    T_cam_world = np.linalg.inv(rig.T_world_cam[camera])
+    model = rig.cameras[camera]
+    edge = target.bracket.edge_points[0]
+    points = np.linspace(edge[0], edge[1], 9)[1:-1] @ T[:3, :3].T + T[:3, 3]
+    seen, _ = cv2.projectPoints(
+        points, cv2.Rodrigues(T_cam_world[:3, :3])[0], T_cam_world[:3, 3], model.K, np.asarray(model.distortion)
+    )
+    at = np.round((seen[:, 0] + 0.5) * 2 - 0.5).astype(int)
+    inside = (at >= 1).all(axis=1) & (at[:, 0] < 138) & (at[:, 1] < 114)
+    assert inside.sum() >= 3
+    for u, v in at[inside]:
+        assert green[v - 1 : v + 2, u - 1 : u + 2].any()
+    assert green.mean() < 0.25
+
+
+def test_edges_and_lines_are_drawn_and_the_image_is_kept(scene):
+    rig, target = scene
+    pixels = np.full((58, 70), 100, np.uint8)
+    frame = Frame(START, Image(pixels=pixels, timestamp_ns=START), None)
+    edges = np.zeros((58, 70), bool)
+    edges[50, 10:60] = True
+    segment = [[-15.0, -10.0, 15.0, -10.0]]
+    seen = []
+    picture = draw_picture(
+        frame, published(transform([0.6, 0, 0]), {0: segment}), rig, target, lambda c, i: seen.append(c) or edges
+    )
+    canvas = decoded(picture)
+    assert seen == [0]
+    assert canvas.shape == (116, 140, 3)
+    row = canvas[101, 30:110]
+    assert (row[:, 0] > row[:, 2] + 60).all()  # bluish
+    u, v = np.round((rig.rect_to_raw(0, np.array([0.0, -10.0])) + 0.5) * 2 - 0.5).astype(int)
+    patch = canvas[v - 1 : v + 2, u]
+    assert (patch[:, 2] > patch[:, 0] + 60).any()  # yellowish
+    assert canvas[112, 2] == pytest.approx([80, 80, 80], abs=6)
+
+
+def test_a_frame_without_images_gives_no_picture(scene):
+    rig, target = scene
+    lost = Solution(timestamp_ns=START, state=State.LOST)
+    assert draw_picture(Frame(START, None, None), lost, rig, target, no_edges) is None
+    image = Image(pixels=np.zeros((58, 70), np.uint8), timestamp_ns=START)
+    assert draw_picture(Frame(START, None, image), lost, rig, target, no_edges).camera == 1
