@@ -9,6 +9,5 @@ set(CMAKE_C_FLAGS_INIT "${rvdnav_arm926_flags}")
 set(CMAKE_CXX_FLAGS_INIT "${rvdnav_arm926_flags} -Wno-psabi")
 # Static programs run under qemu-user without a copy of the target's libraries.
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static")
-set(CMAKE_CROSSCOMPILING_EMULATOR qemu-arm -cpu arm926)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)

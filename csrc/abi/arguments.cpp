@@ -1,0 +1,46 @@
+// Checks of what a call on a context is given.
+#include <cmath>
+
+#include "abi/abi.hpp"
+
+namespace rvdnav {
+
+rvdnav_status check_context(const rvdnav_context* context) {
+  if (context == nullptr) return RVDNAV_ERROR_NULL;
+  if (reinterpret_cast<uintptr_t>(context) % kAlignment != 0) return RVDNAV_ERROR_CONTEXT;
+  return context->magic == kContextMagic && context->self == context ? RVDNAV_OK : RVDNAV_ERROR_CONTEXT;
+}
+
+rvdnav_status check_camera(const rvdnav_context* context, int32_t camera) {
+  RVDNAV_TRY(check_context(context));
+  return camera >= 0 && camera < context->context.rig.camera_count ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
+}
+
+rvdnav_status check_image(const rvdnav_context* context, const rvdnav_image* image) {
+  if (image == nullptr || image->data == nullptr) return RVDNAV_ERROR_NULL;
+  const rvdnav_rig& rig = context->context.rig;
+  const bool fits = image->width == rig.width && image->height == rig.height && image->stride >= image->width;
+  return fits ? RVDNAV_OK : RVDNAV_ERROR_IMAGE;
+}
+
+rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t count) {
+  if (edgels == nullptr && count > 0) return RVDNAV_ERROR_NULL;
+  return count <= static_cast<uint32_t>(context->context.config.max_edgels) ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
+}
+
+rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count) {
+  if (windows == nullptr && count > 0) return RVDNAV_ERROR_NULL;
+  constexpr double kFar = 1e4;  // pixels; beyond every image
+  for (uint32_t i = 0; i < count; ++i) {
+    const rvdnav_window& w = windows[i];
+    const bool edge = w.edge >= 0 && w.edge < RVDNAV_EDGES;
+    // Written so that a NaN fails.
+    const bool line = std::abs(w.rho) <= kFar && std::abs(w.theta) <= kFar;
+    const bool size = w.half_rho >= 0.0 && w.half_rho <= kFar && w.half_theta >= 0.0 && w.half_theta <= kFar;
+    const bool extent = std::abs(w.t_min) <= kFar && std::abs(w.t_max) <= kFar && w.t_min <= w.t_max;
+    if (!edge || !line || !size || !extent) return RVDNAV_ERROR_ARGUMENT;
+  }
+  return RVDNAV_OK;
+}
+
+}  // namespace rvdnav

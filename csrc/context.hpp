@@ -1,0 +1,57 @@
+// What an rvdnav_context holds: calibration, target, settings, tables and the work memory of both views.
+#pragma once
+
+#include "arena.hpp"
+#include "bracket_model.hpp"
+#include "edge.hpp"
+#include "hough.hpp"
+#include "kernels/kernels.hpp"
+#include "lens_map.hpp"
+#include "lines.hpp"
+#include "rvdnav/rvdnav.h"
+#include "track.hpp"
+
+namespace rvdnav {
+
+// Work memory and the last results of one camera's view.
+struct Workspace {
+  uint16_t* smooth_row;  // width + 2
+  EdgeScratch edge;
+  uint8_t* smoothed;      // width * height
+  uint32_t* edge_bits;    // edge_row_words(width) * height
+  uint32_t* bit_scratch;  // as many
+  uint8_t* direction;     // width * height
+  rvdnav_edgel* edgels;   // max_edgels
+  uint16_t* accumulator;  // kThetaBins * hough_rho_bins
+  TrackScratch* track;    // 1
+  rvdnav_peak* peaks;     // max_peaks
+  LineScratch lines;
+  rvdnav_segment* segments;  // max_segments
+  rvdnav_bar* bars;          // max_bars
+  uint32_t edgel_count;
+  uint32_t peak_count;
+  uint32_t segment_count;
+  uint32_t bar_count;
+};
+
+struct Context {
+  rvdnav_config config;
+  rvdnav_rig rig;
+  rvdnav_target target;
+  bool has_target;
+  const Kernels* kernels;
+  ThresholdCurve threshold;
+  BracketModel model;  // meaningful with a target
+  int16_t* lens_nodes[RVDNAV_CAMERAS];
+  LensMap lens[RVDNAV_CAMERAS];
+  Workspace work[RVDNAV_CAMERAS];
+};
+
+// Gives every array of the context its place; with an arena that only counts, the need is what it has used.
+void lay_out(const rvdnav_config& config, const rvdnav_rig& rig, Arena& arena, Context* context);
+
+// Fills the tables of a context that is laid out.  config, rig and target (may be null) have been validated.  Returns
+// RVDNAV_OK, RVDNAV_ERROR_ISA, or RVDNAV_ERROR_CALIBRATION for a lens that can't be mapped.
+rvdnav_status build(const rvdnav_config& config, const rvdnav_rig& rig, const rvdnav_target* target, Context* context);
+
+}  // namespace rvdnav
