@@ -106,8 +106,8 @@ def test_covariance_grows_while_coasting_and_predicting_changes_nothing() -> Non
 def test_covariance_is_honest_under_random_accelerations() -> None:
     rng = np.random.default_rng(4)
     filtered, predicted = [], []
-    dt, sub = 0.125, 25
-    h = dt / sub
+    sub = 25
+    h = 0.125 / sub
     for _ in range(40):
         tracker = ConstantVelocityFilter(0.05, 0.1)
         T, rate = pose(), np.concatenate([V, OMEGA])
@@ -126,6 +126,22 @@ def test_covariance_is_honest_under_random_accelerations() -> None:
                 filtered.append(error @ np.linalg.solve(tracker.smoothed.covariance, error) / 6)
     assert 0.85 < np.mean(filtered) < 1.15
     assert 0.85 < np.mean(predicted) < 1.15
+
+
+def test_an_axis_known_well_turns_with_the_target() -> None:
+    rate = 2.0
+    tracker = ConstantVelocityFilter(0.0, 0.0)
+    noise = np.eye(6) * 1e-4
+    for i in range(200):
+        R = Rotation.from_rotvec([0.0, 0.0, rate * i * 0.125]).as_matrix()
+        if i == 199:
+            noise[3, 3] = 1e-10
+        tracker.update(i * STEP_NS, make_T(R, V), noise)
+    now = np.diagonal(tracker.smoothed.covariance)
+    quarter_turn = np.diagonal(tracker.predict(199 * STEP_NS + round(np.pi / 2 / rate * 1e9)).covariance)
+    assert now[3] < 1e-3 * now[4]
+    assert quarter_turn[3] > 1e3 * now[3]
+    assert quarter_turn[4] < now[4]
 
 
 def test_a_long_run_keeps_a_rotation_and_a_positive_covariance() -> None:

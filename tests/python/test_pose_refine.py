@@ -95,6 +95,7 @@ def test_the_minimum_is_stationary_under_its_weights(loss: str) -> None:
     samples = noisy(pose(), seed=3)
     refined = refine_pose(perturb(pose(), START), samples, CAMERAS, loss=loss)  # type: ignore[arg-type]
     assert refined.converged
+    assert refined.iterations <= 8
     assert refined.weights.min() < 1.0
     J = numeric_jacobian(refined.T_world_target, samples) / 0.1
     score = J.T @ (refined.weights * opencv_residuals(refined.T_world_target, samples) / 0.1)

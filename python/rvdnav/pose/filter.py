@@ -104,10 +104,7 @@ class ConstantVelocityFilter:
         # Joseph's form: stays symmetric and positive definite whatever the rounding of the gain.
         keep = np.eye(12)
         keep[:, :6] -= gain
-        # Errors are now counted from the corrected rotation, which turns their rotation part.
-        turn = np.eye(12)
-        turn[3:6, 3:6] = left_jacobian(correction[3:6])
-        posterior = turn @ (keep @ P @ keep.T + gain @ noise @ gain.T) @ turn.T
+        posterior = keep @ P @ keep.T + gain @ noise @ gain.T
         corrected = perturb(prior.T, correction[:6])
         self._state = _State(
             timestamp_ns,
