@@ -6,6 +6,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from hypothesis import settings
+
+# The same examples in every run, and no judgement by the clock.
+settings.register_profile("rvdnav", derandomize=True, deadline=None)
+settings.load_profile("rvdnav")
 
 START_NS = 1_700_000_000_000_000_000
 STEP_NS = 125_000_000

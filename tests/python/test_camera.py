@@ -3,7 +3,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rvdnav.camera import CameraModel
 
@@ -41,7 +41,6 @@ def test_shapes_are_kept() -> None:
     np.testing.assert_allclose(LENS.unproject(uv[1, 2, 3]), rays[1, 2, 3], atol=1e-15)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     k1=st.floats(-0.3, 0.3),
     k2=st.floats(-0.05, 0.1),

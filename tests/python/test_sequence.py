@@ -282,3 +282,24 @@ def test_image_is_made_contiguous() -> None:
     image = Image(np.arange(24, dtype=np.uint8).reshape(4, 6)[:, ::2], 5)
     assert image.pixels.flags.c_contiguous
     np.testing.assert_array_equal(image.pixels[1], [6, 8, 10])
+
+
+@pytest.mark.parametrize("index", [0, 24, 47])
+def test_calibration_target_and_truth_meet_in_the_images(shared_data: Path, index: int) -> None:
+    sequence = open_sequence(shared_data / "sequences" / "approach")
+    frame = sequence[index]
+    assert sequence.truth is not None
+    assert sequence.target.bracket is not None
+    T = sequence.truth.at(frame.timestamp_ns)
+    assert T is not None
+    ends_W = sequence.target.bracket.edge_points @ T[:3, :3].T + T[:3, 3]
+    along = np.linspace(0.1, 0.9, 40)[:, None]
+    points_W = (ends_W[:, :1] + along * (ends_W[:, 1:] - ends_W[:, :1])).reshape(-1, 3)
+    for camera, image in enumerate((frame.left, frame.right)):
+        assert image is not None
+        u, v = sequence.rig.project(camera, points_W).T.astype(np.float32)
+        slopes = [cv2.Sobel(image.pixels, cv2.CV_32F, *order) for order in ((1, 0), (0, 1))]
+        steepness = np.hypot(*slopes)
+        on = cv2.remap(steepness, u, v, cv2.INTER_LINEAR).mean()
+        for du, dv in ((2, 0), (-2, 0), (0, 2), (0, -2)):
+            assert on > 1.2 * cv2.remap(steepness, u + du, v + dv, cv2.INTER_LINEAR).mean()
