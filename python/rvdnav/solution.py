@@ -111,6 +111,13 @@ def _covariance(value: Any) -> FloatArray | None:
     covariance = _array(value, (6, 6), "a covariance")
     if not np.allclose(covariance, covariance.T, rtol=1e-6, atol=1e-15):
         raise ValueError("a covariance is not symmetric")
+    if (np.diag(covariance) <= 0).any():
+        raise ValueError("a variance is not positive")
+    deviations = np.sqrt(np.diag(covariance))
+    try:
+        np.linalg.cholesky(covariance / np.outer(deviations, deviations))  # of correlations: the units cancel
+    except np.linalg.LinAlgError:
+        raise ValueError("a covariance is not positive definite") from None
     return covariance
 
 

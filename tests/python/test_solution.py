@@ -87,6 +87,8 @@ def test_euler_is_that_of_the_published_pose():
         {"T_world_target": pose(position=(np.nan, 0, 0))},
         {"T_world_target": np.eye(3)},
         {"covariance": np.triu(np.ones((6, 6)))},
+        {"covariance": np.diag([1, 1, 1, 1, 1, 0])},
+        {"covariance": np.eye(6) - 0.5},
         {"sigma0": float("inf")},
     ],
 )
