@@ -26,7 +26,9 @@ void lay_out_view(const rvdnav_config& config, const rvdnav_rig& rig, Arena& are
   arena.take(&work.lines.order, edgels);
   arena.take(&work.lines.members, edgels);
   arena.take(&work.segments, static_cast<size_t>(config.max_segments));
+  arena.take(&work.segment_lines, static_cast<size_t>(config.max_segments));
   arena.take(&work.bars, static_cast<size_t>(config.max_bars));
+  arena.take(&work.proposals, kMaxProposals);
 }
 
 }  // namespace
@@ -36,6 +38,8 @@ void lay_out(const rvdnav_config& config, const rvdnav_rig& rig, Arena& arena, C
     arena.take(&context->lens_nodes[camera], map_length(rig.width, rig.height));
     lay_out_view(config, rig, arena, context->work[camera]);
   }
+  arena.take(&context->proposals, RVDNAV_CAMERAS * kMaxProposals);
+  arena.take(&context->match, 1);
 }
 
 rvdnav_status build(const rvdnav_config& config, const rvdnav_rig& rig, const rvdnav_target* target, Context* context) {

@@ -3,7 +3,9 @@
 
 #include "arena.hpp"
 #include "bracket_model.hpp"
+#include "bracket_propose.hpp"
 #include "edge.hpp"
+#include "epipolar.hpp"
 #include "hough.hpp"
 #include "kernels/kernels.hpp"
 #include "lens_map.hpp"
@@ -12,6 +14,9 @@
 #include "track.hpp"
 
 namespace rvdnav {
+
+// The best proposals that each view carries into the search over both.
+constexpr uint32_t kMaxProposals = 32;
 
 // Work memory and the last results of one camera's view.
 struct Workspace {
@@ -27,11 +32,14 @@ struct Workspace {
   rvdnav_peak* peaks;     // max_peaks
   LineScratch lines;
   rvdnav_segment* segments;  // max_segments
+  Line2* segment_lines;      // of them
   rvdnav_bar* bars;          // max_bars
+  Proposal* proposals;       // kMaxProposals
   uint32_t edgel_count;
   uint32_t peak_count;
   uint32_t segment_count;
   uint32_t bar_count;
+  uint32_t proposal_count;
 };
 
 struct Context {
@@ -45,6 +53,9 @@ struct Context {
   int16_t* lens_nodes[RVDNAV_CAMERAS];
   LensMap lens[RVDNAV_CAMERAS];
   Workspace work[RVDNAV_CAMERAS];
+  // used where both views come together
+  Proposal* proposals;  // 2 * kMaxProposals
+  MatchScratch* match;  // 1
 };
 
 // Gives every array of the context its place; with an arena that only counts, the need is what it has used.

@@ -1,0 +1,117 @@
+#include "bracket.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace rvdnav {
+namespace {
+
+// Segments are gathered ever closer to the pose that the last ones gave.
+constexpr Tolerance kRounds[] = {{5.0, 0.12}, {3.0, 0.08}, {2.0, 0.06}, {1.5, 0.05}};
+constexpr Tolerance kSupportTolerance = {1.3, 0.06};
+constexpr uint32_t kMinMatches = 6;     // edges with a line, over both views
+constexpr double kEdgeSupported = 0.4;  // covered part from which an edge counts as seen
+constexpr int32_t kMinEdges = 6;        // of the 8, in either view
+constexpr double kMinScore = 0.5;
+constexpr double kMinViewScore = 0.35;
+constexpr double kMaxRms = 1.2;           // pixels
+constexpr double kHopelessRms = 6.0;      // pixels
+constexpr double kAmbiguousRatio = 0.92;  // runner-up to best
+constexpr double kSameDistance = 0.03;    // of the range, between poses taken for the same
+constexpr double kSameAngle = 0.18;       // radians
+
+struct Candidate {
+  Pose pose;
+  double score;
+  bool usable;
+};
+
+// An edge found with its bright side on opposite sides in the two views was mistaken in one: the shorter line goes.
+uint32_t drop_contradictions(LineMatch* matches, uint32_t left_count, uint32_t count) {
+  for (uint32_t i = 0; i < left_count; ++i) {
+    for (uint32_t j = left_count; j < count; ++j) {
+      if (matches[i].edge != matches[j].edge || matches[i].polarity == matches[j].polarity) continue;
+      matches[matches[i].weight < matches[j].weight ? i : j].weight = 0.0;
+    }
+  }
+  return static_cast<uint32_t>(
+      std::remove_if(matches, matches + count, [](const LineMatch& m) { return m.weight <= 0.0; }) - matches);
+}
+
+Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
+                 const Proposal& proposal) {
+  Candidate c = {proposal.pose, 0.0, false};
+  LineMatch matches[2 * RVDNAV_EDGES];
+  double rms = 0.0;
+  for (const Tolerance& tolerance : kRounds) {
+    uint32_t n = 0;
+    uint32_t left_count = 0;
+    for (int32_t camera = 0; camera < 2; ++camera) {
+      if (present[camera]) n += match_edges(rig, model, camera, views[camera], c.pose, tolerance, matches + n);
+      if (camera == 0) left_count = n;
+    }
+    n = drop_contradictions(matches, left_count, n);
+    if (n < kMinMatches || !fit_pose_to_lines(rig, matches, n, 10, kHopelessRms, &c.pose, &rms)) return c;
+  }
+  EdgeSupport support[2];
+  int32_t view_count = 0;
+  double worst = 1.0;
+  for (int32_t camera = 0; camera < 2; ++camera) {
+    if (!present[camera]) continue;
+    EdgeSupport& s = support[view_count++];
+    s = edge_support(rig, model, camera, views[camera], c.pose, kSupportTolerance);
+    worst = std::min(worst, combine(&s, 1).fraction);
+  }
+  const CombinedSupport both = combine(support, view_count);
+  int32_t seen = 0;
+  for (double covered : both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
+  c.score = both.fraction;
+  c.usable = rms <= kMaxRms && seen >= kMinEdges && worst >= kMinViewScore && c.score >= kMinScore;
+  return c;
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+  const double angle = Eigen::AngleAxisd(a.R * b.R.transpose()).angle();
+  return (a.p - b.p).norm() < kSameDistance * a.p.norm() && angle < kSameAngle;
+}
+
+}  // namespace
+
+rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
+                               const bool present[2], const RangeGate& gate, const Proposal* proposals,
+                               uint32_t proposal_count) {
+  rvdnav_bracket result = {};
+  Candidate best = {{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, 0.0, false};
+  Candidate second = best;
+  for (uint32_t i = 0; i < proposal_count; ++i) {
+    const Candidate c = verify(rig, model, views, present, proposals[i]);
+    if (!c.usable || !gate.admits(c.pose)) continue;
+    if (!best.usable) {
+      best = c;
+    } else if (same_pose(best.pose, c.pose)) {
+      if (c.score > best.score) best = c;
+    } else if (c.score > best.score) {
+      second = best;
+      best = c;
+    } else if (!second.usable || c.score > second.score) {
+      second = c;
+    }
+  }
+  result.hypotheses = proposal_count;
+  if (!best.usable) return result;
+  result.score = best.score;
+  result.runner_up = second.usable && !same_pose(best.pose, second.pose) ? second.score : 0.0;
+  result.ambiguous = result.runner_up > kAmbiguousRatio * result.score ? 1 : 0;
+  result.found = result.ambiguous == 0 ? 1 : 0;
+  const Eigen::Matrix3d R_W_C = R_world_rect() * best.pose.R;
+  const Eigen::Vector3d p_W = R_world_rect() * best.pose.p;
+  for (int32_t i = 0; i < 3; ++i) {
+    result.p_W[i] = p_W(i);
+    for (int32_t j = 0; j < 3; ++j) result.R_W_C[3 * i + j] = R_W_C(i, j);
+  }
+  return result;
+}
+
+}  // namespace rvdnav

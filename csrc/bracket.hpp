@@ -1,0 +1,16 @@
+// Acquisition: the bracket's pose without a prior, from what one or both views propose.
+#pragma once
+
+#include <cstdint>
+
+#include "bracket_propose.hpp"
+
+namespace rvdnav {
+
+// The best pose that the segments of the views support, out of the proposals carried on and refined over all views.
+// views: the left and the right one; one that is not present is left out.
+rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
+                               const bool present[2], const RangeGate& gate, const Proposal* proposals,
+                               uint32_t proposal_count);
+
+}  // namespace rvdnav
