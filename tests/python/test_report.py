@@ -2,16 +2,17 @@
 
 import json
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from rvdnav.evaluation import evaluate
-from rvdnav.report import draw_picture, strip_indices, write_report
+from rvdnav.report import draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.report.health import stage_figure, timeline_figure
 from rvdnav.report.motion import error_figure, pose_figure
 from rvdnav.rig import load_rig
-from rvdnav.sequence import Frame, Image
+from rvdnav.sequence import Frame, Image, open_sequence
 from rvdnav.solution import Mode, Solution, State
 from rvdnav.target import load_target
 from solutions import SIGMAS, a_run, transform, true_poses
@@ -205,3 +206,19 @@ def test_a_frame_without_images_gives_no_picture(scene):
     assert draw_picture(Frame(START, None, None), lost, rig, target, no_edges) is None
     image = Image(pixels=np.zeros((58, 70), np.uint8), timestamp_ns=START)
     assert draw_picture(Frame(START, None, image), lost, rig, target, no_edges).camera == 1
+
+
+def test_the_edges_are_those_of_the_core():
+    core_module = pytest.importorskip("rvdnav.core")
+    sequence = open_sequence(Path(__file__).resolve().parents[2] / "examples" / "approach")
+    core = core_module.Core(sequence.rig, sequence.target)
+    image = np.full((576, 704), 40, np.uint8)
+    image[200:300, 150:450] = 180
+    mask = edge_mask(core, 1, image)
+    assert mask.shape == image.shape
+    rows, columns = np.nonzero(mask)
+    on_outline = (np.minimum(abs(rows - 199.5), abs(rows - 299.5)) < 2) | (
+        np.minimum(abs(columns - 149.5), abs(columns - 449.5)) < 2
+    )
+    assert on_outline.all()
+    assert 700 < mask.sum() < 900  # single-pixel, all around: 800

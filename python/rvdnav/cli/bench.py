@@ -46,7 +46,7 @@ def _print_benchmark(result: Benchmark) -> None:
     table.add_row("cv2.Canny(image, 50, 150)", *[_milliseconds(result.canny)] * 2)
     table.add_row("cv2.HoughLines on its edges", *[_milliseconds(result.hough)] * 2)
     console.print(table)
-    console.print("OpenCV's times are for both images of a frame; the stages of the two views run at the same time.")
+    console.print("Our two views run at the same time; OpenCV takes one image after the other.")
 
 
 def _milliseconds(seconds: float | None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
-from rvdnav.sequence import Sequence
+from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 
 
@@ -45,20 +46,24 @@ def _process(sequence: Sequence) -> list[Solution]:
     navigator = Navigator(sequence.rig, sequence.target)
     solutions: list[Solution] = []
     told: set[str] = set()
-    errors = Console(stderr=True, highlight=False)
-    with _progress(errors) as progress:
-        for frame in progress.track(sequence, total=len(sequence), description="frames"):
-            solutions.append(navigator.process(frame))
-            for notice in sequence.notices:
-                if notice not in told:
-                    errors.print(f"rvdnav: note: {notice}", soft_wrap=True, markup=False)
-                    told.add(notice)
+    errors = Console(stderr=True, highlight=False, markup=False)
+    for frame in _watched(sequence, errors):
+        solutions.append(navigator.process(frame))
+        for notice in sequence.notices:
+            if notice not in told:
+                errors.print(f"rvdnav: note: {notice}", soft_wrap=True)
+                told.add(notice)
     return solutions
 
 
-def _progress(errors: Console) -> Progress:
+def _watched(sequence: Sequence, errors: Console) -> Iterator[Frame]:
+    """The frames, with a progress bar on a terminal."""
+    if not errors.is_terminal:
+        yield from sequence
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
+    with Progress(*columns, console=errors, transient=True) as progress:
+        yield from progress.track(sequence, total=len(sequence), description="frames")
 
 
 def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:

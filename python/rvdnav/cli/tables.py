@@ -13,7 +13,7 @@ from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.solution import Solution, State
 from rvdnav.summary import median_frame_time, median_sigmas
 
-console = Console(highlight=False)
+console = Console(highlight=False, markup=False)
 """Results, on stdout."""
 
 
