@@ -5,7 +5,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
 from rvdnav.rig import Rig, load_rig
 
 

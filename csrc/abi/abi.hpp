@@ -26,6 +26,8 @@ constexpr uint64_t kContextMagic = 0x7276646e61760000ULL + RVDNAV_ABI_VERSION;
 rvdnav_status check_context(const rvdnav_context* context);
 rvdnav_status check_camera(const rvdnav_context* context, int32_t camera);  // the context, too
 rvdnav_status check_image(const rvdnav_context* context, const rvdnav_image* image);
+// No bits are set beyond the image's width.
+rvdnav_status check_edge_bits(const rvdnav_context* context, const uint32_t* edge_bits);
 rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t count);
 rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count);
 

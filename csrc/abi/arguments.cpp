@@ -23,6 +23,19 @@ rvdnav_status check_image(const rvdnav_context* context, const rvdnav_image* ima
   return fits ? RVDNAV_OK : RVDNAV_ERROR_IMAGE;
 }
 
+rvdnav_status check_edge_bits(const rvdnav_context* context, const uint32_t* edge_bits) {
+  if (edge_bits == nullptr) return RVDNAV_ERROR_NULL;
+  const rvdnav_rig& rig = context->context.rig;
+  const int32_t used = rig.width % 32;
+  if (used == 0) return RVDNAV_OK;
+  const int32_t words = edge_row_words(rig.width);
+  const uint32_t beyond = ~uint32_t{0} << used;
+  for (int32_t y = 0; y < rig.height; ++y) {
+    if ((edge_bits[static_cast<ptrdiff_t>(y + 1) * words - 1] & beyond) != 0) return RVDNAV_ERROR_ARGUMENT;
+  }
+  return RVDNAV_OK;
+}
+
 rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t count) {
   if (edgels == nullptr && count > 0) return RVDNAV_ERROR_NULL;
   return count <= static_cast<uint32_t>(context->context.config.max_edgels) ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;

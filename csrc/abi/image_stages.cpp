@@ -29,7 +29,7 @@ rvdnav_status rvdnav_detect_edges(rvdnav_context* context, int32_t camera, const
 
 rvdnav_status rvdnav_filter_edges(rvdnav_context* context, int32_t camera, uint32_t* edge_bits) {
   RVDNAV_TRY(check_camera(context, camera));
-  if (edge_bits == nullptr) return RVDNAV_ERROR_NULL;
+  RVDNAV_TRY(check_edge_bits(context, edge_bits));
   Context& c = context->context;
   filter_edges(edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, c.work[camera].bit_scratch);
   return RVDNAV_OK;
@@ -37,7 +37,7 @@ rvdnav_status rvdnav_filter_edges(rvdnav_context* context, int32_t camera, uint3
 
 rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, uint32_t* edge_bits) {
   RVDNAV_TRY(check_camera(context, camera));
-  if (edge_bits == nullptr) return RVDNAV_ERROR_NULL;
+  RVDNAV_TRY(check_edge_bits(context, edge_bits));
   thin(edge_bits, context->context.rig.width, context->context.rig.height);
   return RVDNAV_OK;
 }
@@ -45,7 +45,8 @@ rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, uint32_t* edg
 rvdnav_status rvdnav_rectify_edges(rvdnav_context* context, int32_t camera, const uint32_t* edge_bits,
                                    const uint8_t* direction, rvdnav_edgel* edgels, uint32_t capacity, uint32_t* count) {
   RVDNAV_TRY(check_camera(context, camera));
-  if (edge_bits == nullptr || direction == nullptr || count == nullptr) return RVDNAV_ERROR_NULL;
+  RVDNAV_TRY(check_edge_bits(context, edge_bits));
+  if (direction == nullptr || count == nullptr) return RVDNAV_ERROR_NULL;
   if (edgels == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
   const Context& c = context->context;
   uint32_t total = 0;

@@ -2,6 +2,7 @@
 #include "abi/abi.hpp"
 #include "bars.hpp"
 #include "lines.hpp"
+#include "view.hpp"
 
 using namespace rvdnav;
 
@@ -18,5 +19,17 @@ rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_t camera, c
   uint32_t total = 0;
   const uint32_t written = extract_segments(edgels, edgel_count, peaks, peak_count, limits, c.work[camera].lines,
                                             segments, capacity, &total);
+  return finish_list(written, total, count);
+}
+
+rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
+                               uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count) {
+  RVDNAV_TRY(check_camera(context, camera));
+  if (count == nullptr || (segments == nullptr && segment_count > 0)) return RVDNAV_ERROR_NULL;
+  if (bars == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
+  const Context& c = context->context;
+  if (!c.has_target) return RVDNAV_ERROR_TARGET;  // its bars' width is what pairs segments
+  uint32_t total = 0;
+  const uint32_t written = find_bars(segments, segment_count, bar_limits(c), bars, capacity, &total);
   return finish_list(written, total, count);
 }

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "abi/abi.hpp"
+#include "epipolar.hpp"
 #include "thin.hpp"
 
 namespace rvdnav {
@@ -89,9 +90,10 @@ rvdnav_status validate(const rvdnav_config& c) {
   const bool limits = within(c.max_edgels, 1, 1 << 20) && within(c.max_peaks, 1, 1 << 14) &&
                       within(c.max_segments, 1, 1 << 14) && within(c.max_bars, 1, 1 << 14) &&
                       within(c.max_hypotheses, 1, 1 << 20);
-  const bool match = within(c.match_half_window, 1, 16) && within(c.match_row_tolerance, 0, 8) &&
-                     within(c.match_min_score_q8, 0, 256) && within(c.match_uniqueness_q8, 0, 256) &&
-                     within(c.match_max_gradient_q8, 1, 1 << 16) && within(c.match_consistency_q8, 0, 1 << 16);
+  const bool match = within(c.match_half_window, 1, kMaxHalfWindow) &&
+                     within(c.match_row_tolerance, 0, kMaxRowTolerance) && within(c.match_min_score_q8, 0, 256) &&
+                     within(c.match_uniqueness_q8, 0, 256) && within(c.match_max_gradient_q8, 1, 1 << 16) &&
+                     within(c.match_consistency_q8, 0, 1 << 16);
   const bool range = all_finite(c.range_min, c.range_max) && c.range_min > 0.0 && c.range_max > c.range_min;
   const bool blur = std::isfinite(c.blur_sigma) && c.blur_sigma > 0.0 && c.blur_sigma <= 10.0;
   return isa && edges && hough && segments && limits && match && range && blur ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;

@@ -57,4 +57,5 @@ def collect(
         out = np.empty(count[0], dtype)
         status = call(pointer(out, kind), len(out), count)
     check(status)
-    return out[: count[0]].copy()
+    written: NDArray[np.void] = out[: count[0]].copy()
+    return written

@@ -10,7 +10,8 @@ from rvdnav.core.config import make_config
 from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
 
-if TYPE_CHECKING:  # the binding is below both and imports neither
+if TYPE_CHECKING:  # the binding is below these and imports none of them
+    from rvdnav.bracket import Bracket
     from rvdnav.rig import Rig
     from rvdnav.target import Target
 
@@ -20,7 +21,8 @@ _ALIGNMENT = 64
 class Context:
     """An rvdnav_context in memory of its own.
 
-    ``target`` is needed for acquisition alone.  Raises CoreError when the core refuses the rig, target or settings.
+    ``target`` is needed for acquisition alone, and used if it is a four-bar bracket.  Raises CoreError when the core
+    refuses the rig, target or settings.
     """
 
     def __init__(self, rig: Rig, target: Target | None = None, **config: Any) -> None:
@@ -28,7 +30,7 @@ class Context:
         self.width = rig.width
         self.height = rig.height
         c_rig = _c_rig(rig)
-        c_target = ffi.NULL if target is None else _c_target(target)
+        c_target = ffi.NULL if target is None or target.bracket is None else _c_target(target.bracket)
         size = ffi.new("size_t *")
         check(lib.rvdnav_context_size(self.config, c_rig, size))
         self._memory = np.empty(size[0] + _ALIGNMENT, np.uint8)
@@ -55,8 +57,7 @@ def _c_rig(rig: Rig) -> Any:
     return c_rig
 
 
-def _c_target(target: Target) -> Any:
-    bracket = target.bracket
+def _c_target(bracket: Bracket) -> Any:
     c_target = ffi.new("rvdnav_target *")
     c_target.struct_size = ffi.sizeof("rvdnav_target")
     c_target.outer = bracket.outer.tolist()

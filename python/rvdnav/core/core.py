@@ -15,7 +15,7 @@ from rvdnav.core.results import FrameResult, frame_result
 from rvdnav.core.stages import Stages
 from rvdnav.core.status import check
 
-if TYPE_CHECKING:  # the binding is below both and imports neither
+if TYPE_CHECKING:  # the binding is below these and imports none of them
     from rvdnav.rig import Rig
     from rvdnav.target import Target
 

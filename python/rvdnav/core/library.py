@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 try:
-    from rvdnav.core import _cdef
+    import rvdnav.core._cdef as _cdef
 except ImportError as error:
     raise ImportError("rvdnav's C core is not built: install the package (pip install .)") from error
 

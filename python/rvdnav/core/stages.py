@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rvdnav.core import layout
 from rvdnav.core.arrays import collect, image_argument, pointer, points, records
 from rvdnav.core.context import Context
-from rvdnav.core.library import ffi, lib
+from rvdnav.core.library import lib
 from rvdnav.core.status import check
 
 THETA_BINS = 180
@@ -53,13 +51,13 @@ class Stages(Context):
 
     def filter_edges(self, camera: int, edge_bits: UInt32Array) -> UInt32Array:
         """The edge bits without specks and short runs."""
-        bits = self._bits(edge_bits).copy()
+        bits: UInt32Array = self._bits(edge_bits).copy()
         check(lib.rvdnav_filter_edges(self.handle, camera, pointer(bits, "uint32_t *")))
         return bits
 
     def thin(self, camera: int, edge_bits: UInt32Array) -> UInt32Array:
         """The edge bits thinned to single-pixel edges."""
-        bits = self._bits(edge_bits).copy()
+        bits: UInt32Array = self._bits(edge_bits).copy()
         check(lib.rvdnav_thin(self.handle, camera, pointer(bits, "uint32_t *")))
         return bits
 

@@ -1,0 +1,96 @@
+// Stages 7 to 9, each by itself.
+#include <cmath>
+#include <limits>
+
+#include "abi/abi.hpp"
+#include "epipolar.hpp"
+#include "profile.hpp"
+#include "triangulate.hpp"
+
+using namespace rvdnav;
+
+namespace {
+
+constexpr double kMinStep = 0.05;  // pixels; bounds the number of profiles
+constexpr double kFar = 1e4;       // pixels; beyond every image
+
+bool is_near(double value) { return std::abs(value) <= kFar; }  // false for a NaN
+
+bool is_usable(const rvdnav_model_edge& edge) {
+  return is_near(edge.x0) && is_near(edge.y0) && is_near(edge.x1) && is_near(edge.y1) && edge.polarity >= -1 &&
+         edge.polarity <= 1;
+}
+
+rvdnav_status check_stereo(const rvdnav_context* context) {
+  RVDNAV_TRY(check_context(context));
+  return context->context.rig.camera_count == RVDNAV_CAMERAS ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
+}
+
+}  // namespace
+
+rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
+                                   const rvdnav_model_edge* edges, uint32_t edge_count, double half_width, double step,
+                                   rvdnav_edge_sample* samples, uint32_t capacity, uint32_t* count) {
+  RVDNAV_TRY(check_camera(context, camera));
+  RVDNAV_TRY(check_image(context, image));
+  if (count == nullptr || (edges == nullptr && edge_count > 0) || (samples == nullptr && capacity > 0)) {
+    return RVDNAV_ERROR_NULL;
+  }
+  // Written so that a NaN fails.
+  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar)) {
+    return RVDNAV_ERROR_ARGUMENT;
+  }
+  const Context& c = context->context;
+  const ProfileSettings settings = {half_width, step, c.config.blur_sigma};
+  uint32_t written = 0;
+  uint32_t total = 0;
+  for (uint32_t i = 0; i < edge_count; ++i) {
+    if (!is_usable(edges[i])) return RVDNAV_ERROR_ARGUMENT;
+    uint32_t found = 0;
+    written += measure_edge(c.rig, camera, grey_view(*image), edges[i], static_cast<int32_t>(i), settings,
+                            samples + written, capacity - written, &found);
+    total += found;
+  }
+  return finish_list(written, total, count);
+}
+
+rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
+                               rvdnav_match* matches, uint32_t match_count) {
+  RVDNAV_TRY(check_stereo(context));
+  RVDNAV_TRY(check_image(context, left));
+  RVDNAV_TRY(check_image(context, right));
+  if (matches == nullptr && match_count > 0) return RVDNAV_ERROR_NULL;
+  for (uint32_t i = 0; i < match_count; ++i) {
+    if (!is_near(matches[i].x) || !is_near(matches[i].y)) return RVDNAV_ERROR_ARGUMENT;
+    if (matches[i].bar < -1 || matches[i].bar >= RVDNAV_BARS) return RVDNAV_ERROR_ARGUMENT;
+  }
+  Context& c = context->context;
+  correlate_rows(c.config, c.rig, grey_view(*left), grey_view(*right), *c.match, matches, match_count);
+  const RectRig rig = rect_rig(c.rig);
+  const ProjectionMatrix M_left = projection_matrix(rig, 0);
+  const ProjectionMatrix M_right = projection_matrix(rig, 1);
+  for (uint32_t i = 0; i < match_count; ++i) {
+    rvdnav_match& m = matches[i];
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    if (m.accepted != 0 && !triangulate(M_left, M_right, {m.x, m.y}, {m.x - m.disparity, m.y}, &p)) m.accepted = 0;
+    for (int32_t k = 0; k < 3; ++k) m.p_W[k] = p[k];
+  }
+  return RVDNAV_OK;
+}
+
+rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right, uint32_t count,
+                                 double* p_W) {
+  RVDNAV_TRY(check_stereo(context));
+  if (count > 0 && (left == nullptr || right == nullptr || p_W == nullptr)) return RVDNAV_ERROR_NULL;
+  const RectRig rig = rect_rig(context->context.rig);
+  const ProjectionMatrix M_left = projection_matrix(rig, 0);
+  const ProjectionMatrix M_right = projection_matrix(rig, 1);
+  for (uint32_t i = 0; i < count; ++i) {
+    const Eigen::Vector2d left_xy(left[2 * i], left[2 * i + 1]);
+    const Eigen::Vector2d right_xy(right[2 * i], right[2 * i + 1]);
+    Eigen::Vector3d p;
+    if (!triangulate(M_left, M_right, left_xy, right_xy, &p)) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (int32_t k = 0; k < 3; ++k) p_W[3 * static_cast<ptrdiff_t>(i) + k] = p[k];
+  }
+  return RVDNAV_OK;
+}

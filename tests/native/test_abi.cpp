@@ -1,0 +1,193 @@
+// What the ABI accepts and refuses.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "scene.hpp"
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+rvdnav_status status_of(const rvdnav_config& config, const rvdnav_rig& rig, const rvdnav_target* target) {
+  return scene::Owner(config, rig, target).status;
+}
+
+template <typename Change>
+rvdnav_status with_rig(Change change) {
+  rvdnav_rig rig = scene::rig();
+  change(rig);
+  return status_of(scene::config(), rig, nullptr);
+}
+
+template <typename Change>
+rvdnav_status with_target(Change change) {
+  rvdnav_target target = scene::target();
+  change(target);
+  return status_of(scene::config(), scene::rig(), &target);
+}
+
+template <typename Change>
+rvdnav_status with_config(Change change) {
+  rvdnav_config config = scene::config();
+  change(config);
+  return status_of(config, scene::rig(), nullptr);
+}
+
+}  // namespace
+
+TEST_CASE("the library names itself, its statuses and its structures") {
+  CHECK(rvdnav_abi_version() == RVDNAV_ABI_VERSION);
+  for (rvdnav_status status = 0; status >= RVDNAV_ERROR_THREAD; --status) {
+    CHECK(std::strcmp(rvdnav_status_text(status), "unknown status") != 0);
+  }
+  CHECK(std::strcmp(rvdnav_status_text(1), "unknown status") == 0);
+  CHECK(rvdnav_struct_size("rvdnav_rig") == sizeof(rvdnav_rig));
+  CHECK(rvdnav_struct_size("rvdnav_frame_result") == sizeof(rvdnav_frame_result));
+  CHECK(rvdnav_struct_size("rvdnav_nothing") == 0);
+  CHECK(rvdnav_struct_size(nullptr) == 0);
+}
+
+TEST_CASE("a context is made from good parts, with and without a target, for one camera and two") {
+  const rvdnav_target target = scene::target();
+  CHECK(status_of(scene::config(), scene::rig(), &target) == RVDNAV_OK);
+  CHECK(status_of(scene::config(), scene::rig(), nullptr) == RVDNAV_OK);
+  CHECK(status_of(scene::config(), scene::rig(1), &target) == RVDNAV_OK);
+}
+
+TEST_CASE("a context needs its memory, aligned") {
+  const rvdnav_config config = scene::config();
+  const rvdnav_rig rig = scene::rig();
+  size_t size = 0;
+  REQUIRE(rvdnav_context_size(&config, &rig, &size) == RVDNAV_OK);
+  const std::unique_ptr<void, scene::Owner::Free> memory(std::aligned_alloc(64, (size / 64 + 2) * 64));
+  rvdnav_context* context = nullptr;
+  CHECK(rvdnav_context_init(memory.get(), size, &config, &rig, nullptr, &context) == RVDNAV_OK);
+  CHECK(context == memory.get());
+  CHECK(rvdnav_context_init(memory.get(), size - 1, &config, &rig, nullptr, &context) == RVDNAV_ERROR_MEMORY);
+  CHECK(context == nullptr);
+  auto* odd = static_cast<uint8_t*>(memory.get()) + 8;
+  CHECK(rvdnav_context_init(odd, size, &config, &rig, nullptr, &context) == RVDNAV_ERROR_MEMORY);
+  CHECK(rvdnav_context_init(nullptr, size, &config, &rig, nullptr, &context) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_context_init(memory.get(), size, nullptr, &rig, nullptr, &context) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_context_size(&config, nullptr, &size) == RVDNAV_ERROR_NULL);
+}
+
+TEST_CASE("a context for one camera needs less memory than for two") {
+  const rvdnav_config config = scene::config();
+  const rvdnav_rig one = scene::rig(1);
+  const rvdnav_rig two = scene::rig(2);
+  size_t size_one = 0;
+  size_t size_two = 0;
+  REQUIRE(rvdnav_context_size(&config, &one, &size_one) == RVDNAV_OK);
+  REQUIRE(rvdnav_context_size(&config, &two, &size_two) == RVDNAV_OK);
+  CHECK(size_one < size_two);
+}
+
+TEST_CASE("an unusable rig is refused") {
+  CHECK(with_rig([](rvdnav_rig& r) { r.struct_size = 8; }) == RVDNAV_ERROR_STRUCT_SIZE);
+  CHECK(with_rig([](rvdnav_rig& r) { r.width = 2049; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.height = 0; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera_count = 3; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.focal_rect = 0.0; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.baseline = 0.0; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.baseline = kNan; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[1].fx = -1.0; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].p2 = kNan; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].R_rect_cam[0] = -1.0; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[1].R_rect_cam[1] = 1e-5; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].k1 = -3.0; }) == RVDNAV_ERROR_CALIBRATION);  // folds over
+}
+
+TEST_CASE("a degenerate bracket is refused") {
+  CHECK(with_target([](rvdnav_target& t) { t.struct_size = 0; }) == RVDNAV_ERROR_STRUCT_SIZE);
+  CHECK(with_target([](rvdnav_target& t) { t.thickness = -0.001; }) == RVDNAV_ERROR_TARGET);
+  CHECK(with_target([](rvdnav_target& t) { t.outer[2][1] = kNan; }) == RVDNAV_ERROR_TARGET);
+  CHECK(with_target([](rvdnav_target& t) { std::memcpy(t.outer[1], t.outer[0], sizeof t.outer[0]); }) ==
+        RVDNAV_ERROR_TARGET);
+  CHECK(with_target([](rvdnav_target& t) {  // all on l1
+          for (auto& p : t.outer) p[2] = 0.0;
+        }) == RVDNAV_ERROR_TARGET);
+  CHECK(with_target([](rvdnav_target& t) { t.outer[3][0] = 0.02; }) == RVDNAV_ERROR_TARGET);  // off the plane
+  CHECK(with_target([](rvdnav_target& t) {                                                    // bars without width
+          std::memcpy(t.inner, t.outer, sizeof t.outer);
+        }) == RVDNAV_ERROR_TARGET);
+}
+
+TEST_CASE("settings out of their range are refused") {
+  CHECK(with_config([](rvdnav_config& c) { c.struct_size -= 4; }) == RVDNAV_ERROR_STRUCT_SIZE);
+  CHECK(with_config([](rvdnav_config& c) { c.edge_floor = 0; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.hough_rho_bins = 5000; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.max_edgels = 0; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.range_max = c.range_min; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.blur_sigma = kNan; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.isa = 9; }) == RVDNAV_ERROR_ARGUMENT);
+#if defined(__x86_64__)
+  CHECK(with_config([](rvdnav_config& c) { c.isa = RVDNAV_ISA_NEON; }) == RVDNAV_ERROR_ISA);
+#endif
+}
+
+TEST_CASE("what isn't a context is refused") {
+  const scene::Owner owner(scene::config(RVDNAV_ISA_SCALAR), scene::rig(), nullptr);
+  REQUIRE(owner.status == RVDNAV_OK);
+  CHECK(rvdnav_context_isa(owner.context) == RVDNAV_ISA_SCALAR);
+  CHECK(rvdnav_context_isa(nullptr) == RVDNAV_ERROR_NULL);
+  const std::unique_ptr<void, scene::Owner::Free> copy(std::aligned_alloc(64, (owner.size / 64 + 1) * 64));
+  std::memset(copy.get(), 0, owner.size);
+  CHECK(rvdnav_context_isa(static_cast<rvdnav_context*>(copy.get())) == RVDNAV_ERROR_CONTEXT);
+  std::memcpy(copy.get(), owner.memory.get(), owner.size);  // its arrays are still those of the original
+  CHECK(rvdnav_context_isa(static_cast<rvdnav_context*>(copy.get())) == RVDNAV_ERROR_CONTEXT);
+}
+
+TEST_CASE("images and cameras are checked") {
+  const scene::Owner owner(scene::config(), scene::rig(1), nullptr);
+  REQUIRE(owner.status == RVDNAV_OK);
+  const std::vector<uint8_t> pixels(static_cast<size_t>(scene::kWidth) * scene::kHeight, 80);
+  std::vector<uint8_t> smoothed(pixels.size());
+  rvdnav_image image = scene::image(pixels);
+  CHECK(rvdnav_smooth(owner.context, 0, &image, smoothed.data()) == RVDNAV_OK);
+  CHECK(rvdnav_smooth(owner.context, 1, &image, smoothed.data()) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(rvdnav_smooth(owner.context, -1, &image, smoothed.data()) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(rvdnav_smooth(owner.context, 0, nullptr, smoothed.data()) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_smooth(owner.context, 0, &image, nullptr) == RVDNAV_ERROR_NULL);
+  image.stride = scene::kWidth - 1;
+  CHECK(rvdnav_smooth(owner.context, 0, &image, smoothed.data()) == RVDNAV_ERROR_IMAGE);
+  image = scene::image(pixels);
+  image.height -= 1;
+  CHECK(rvdnav_smooth(owner.context, 0, &image, smoothed.data()) == RVDNAV_ERROR_IMAGE);
+}
+
+TEST_CASE("a stride changes nothing") {
+  const scene::Owner owner(scene::config(), scene::rig(), nullptr);
+  REQUIRE(owner.status == RVDNAV_OK);
+  const std::vector<uint8_t> packed = scene::draw(0, {0.6, 0.01, 0.02, 0.1});
+  constexpr int32_t kStride = scene::kWidth + 13;
+  std::vector<uint8_t> wide(static_cast<size_t>(kStride) * scene::kHeight, 255);
+  for (size_t y = 0; y < scene::kHeight; ++y) {
+    std::memcpy(&wide[y * kStride], &packed[y * scene::kWidth], scene::kWidth);
+  }
+  const rvdnav_image packed_image = scene::image(packed);
+  const rvdnav_image wide_image = {wide.data(), scene::kWidth, scene::kHeight, kStride};
+  std::vector<uint8_t> a(packed.size());
+  std::vector<uint8_t> b(packed.size());
+  REQUIRE(rvdnav_smooth(owner.context, 0, &packed_image, a.data()) == RVDNAV_OK);
+  REQUIRE(rvdnav_smooth(owner.context, 0, &wide_image, b.data()) == RVDNAV_OK);
+  CHECK(a == b);
+}
+
+TEST_CASE("an output that is too small says how much is needed") {
+  const scene::Owner owner(scene::config(), scene::rig(), nullptr);
+  REQUIRE(owner.status == RVDNAV_OK);
+  const uint32_t words = rvdnav_edge_row_words(scene::kWidth);
+  std::vector<uint32_t> bits(words * size_t{scene::kHeight}, 0);
+  for (size_t y = 100; y < 110; ++y) bits[y * words + 5] = 1U << 7;
+  const std::vector<uint8_t> direction(static_cast<size_t>(scene::kWidth) * scene::kHeight, 0);
+  std::vector<rvdnav_edgel> edgels(10);
+  uint32_t count = 0;
+  CHECK(rvdnav_rectify_edges(owner.context, 0, bits.data(), direction.data(), edgels.data(), 4, &count) ==
+        RVDNAV_ERROR_CAPACITY);
+  CHECK(count == 10);
+  CHECK(rvdnav_rectify_edges(owner.context, 0, bits.data(), direction.data(), edgels.data(), 10, &count) == RVDNAV_OK);
+  CHECK(count == 10);
+}
