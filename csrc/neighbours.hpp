@@ -22,4 +22,22 @@ inline uint32_t neighbours_of(const uint32_t* bits, int32_t w, int32_t h, int32_
          (a >> 2) << 7;
 }
 
+// The same neighbours of 32 pixels at once: bit i of n[j] is neighbour j of pixel i of word k in row y.
+struct Around {
+  uint32_t n[8];
+};
+
+inline Around neighbours_of_word(const uint32_t* bits, int32_t words, int32_t h, int32_t k, int32_t y) {
+  struct Three {
+    uint32_t west, middle, east;
+  };
+  const auto three = [&](int32_t row) -> Three {
+    if (row < 0 || row >= h) return {0, 0, 0};
+    const uint32_t* p = bits + static_cast<ptrdiff_t>(row) * words + k;
+    return {p[0] << 1 | (k > 0 ? p[-1] >> 31 : 0), p[0], p[0] >> 1 | (k + 1 < words ? p[1] << 31 : 0)};
+  };
+  const Three a = three(y - 1), b = three(y), c = three(y + 1);
+  return {{b.east, c.east, c.middle, c.west, b.west, a.west, a.middle, a.east}};
+}
+
 }  // namespace rvdnav

@@ -77,14 +77,9 @@ constexpr DeletableTable make_deletable_table() {
 
 constexpr DeletableTable kDeletable = make_deletable_table();
 
-enum Border { kNorth, kSouth, kWest, kEast };
-
-// The same test for 32 pixels at once, and background on the border's side.  Words of the rows above, at and below,
-// each with the words left and right of it.
-uint32_t candidates(const uint32_t a[3], const uint32_t b[3], const uint32_t c[3], Border border) {
-  const auto west = [](const uint32_t r[3]) { return r[1] << 1 | r[0] >> 31; };
-  const auto east = [](const uint32_t r[3]) { return r[1] >> 1 | r[2] << 31; };
-  const uint32_t n[8] = {east(b), east(c), c[1], west(c), west(b), west(a), a[1], east(a)};
+// The same test for 32 pixels at once.
+uint32_t deletable_pixels(uint32_t pixels, const Around& around) {
+  const uint32_t* n = around.n;
   uint32_t one_run = 0, more_runs = 0, one_edge = 0, more_edges = 0;
   for (int k = 0; k < 8; k += 2) {
     const uint32_t run = ~n[k] & (n[k + 1] | n[(k + 2) & 7]);
@@ -95,42 +90,45 @@ uint32_t candidates(const uint32_t a[3], const uint32_t b[3], const uint32_t c[3
     more_edges |= one_edge & n[k];
     one_edge |= n[k];
   }
-  constexpr int kSide[4] = {6, 2, 4, 0};
-  return b[1] & one_run & ~more_runs & more_edges & ~n[kSide[border]];
+  return pixels & one_run & ~more_runs & more_edges;
 }
 
-// One border of the edges goes.  The sweep runs against the border's side, so that a pixel's neighbour on that side is
-// still what it was before, and only one layer goes; the pixels are tested again one by one, as their neighbours go.
-bool peel(uint32_t* bits, int32_t w, int32_t h, Border border) {
+// One layer goes from two borders: the edges' north and west, or their south and east.  The sweep runs against them, so
+// that a pixel's neighbour on that side is still what it was before; the pixels are tested again one by one, as their
+// other neighbours go.
+bool peel(uint32_t* bits, int32_t w, int32_t h, bool north_west) {
   const int32_t words = edge_row_words(w);
-  Bits pixels(bits, w, h);
+  Bits edges(bits, w, h);
   bool changed = false;
   for (int32_t i = 0; i < h; ++i) {
-    const int32_t y = border == kNorth ? h - 1 - i : i;
+    const int32_t y = north_west ? h - 1 - i : i;
     const uint32_t* row = bits + static_cast<ptrdiff_t>(y) * words;
     for (int32_t j = 0; j < words; ++j) {
-      const int32_t k = border == kWest ? words - 1 - j : j;
+      const int32_t k = north_west ? words - 1 - j : j;
       if (row[k] == 0) continue;
-      const auto load = [&](int32_t dy, uint32_t r[3]) {
-        const bool inside = y + dy >= 0 && y + dy < h;
-        const uint32_t* p = row + static_cast<ptrdiff_t>(dy) * words + k;
-        r[0] = inside && k > 0 ? p[-1] : 0;
-        r[1] = inside ? p[0] : 0;
-        r[2] = inside && k + 1 < words ? p[1] : 0;
-      };
-      uint32_t a[3], b[3], c[3];
-      load(-1, a);
-      load(0, b);
-      load(1, c);
-      for (uint32_t rest = candidates(a, b, c, border); rest != 0; rest &= rest - 1) {
+      const Around around = neighbours_of_word(bits, words, h, k, y);
+      const uint32_t inner = north_west ? around.n[6] & around.n[4] : around.n[2] & around.n[0];
+      for (uint32_t rest = deletable_pixels(row[k], around) & ~inner; rest != 0; rest &= rest - 1) {
         const int32_t x = 32 * k + lowest_bit(rest);
-        if (!kDeletable.value[pixels.neighbours(x, y)]) continue;
-        pixels.clear(x, y);
+        if (!kDeletable.value[edges.neighbours(x, y)]) continue;
+        edges.clear(x, y);
         changed = true;
       }
     }
   }
   return changed;
+}
+
+// Those of the pixels that touch kept ones, through each other as well.
+uint32_t touching(uint32_t pixels, const Around& kept) {
+  uint32_t reached = 0;
+  for (int k = 0; k < 8; ++k) reached |= kept.n[k];
+  reached &= pixels;
+  for (uint32_t before = 0; before != reached;) {
+    before = reached;
+    reached |= (reached << 1 | reached >> 1) & pixels;
+  }
+  return reached;
 }
 
 }  // namespace
@@ -143,6 +141,9 @@ void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, uint32_
   for (int32_t y = 0; y < h; ++y) {
     for (int32_t k = 0; k < words; ++k) {
       const ptrdiff_t i = static_cast<ptrdiff_t>(y) * words + k;
+      if (bits[i] == 0) continue;
+      // Most pixels go on with an edge that is already kept.
+      kept[i] |= touching(bits[i], neighbours_of_word(kept, words, h, k, y));
       while ((bits[i] & ~kept[i]) != 0) {
         judge_component(edges, keepers, 32 * k + lowest_bit(bits[i] & ~kept[i]), y, min_run);
       }
@@ -153,10 +154,8 @@ void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, uint32_
 void thin(uint32_t* bits, int32_t w, int32_t h) {
   bool changed = true;
   while (changed) {
-    changed = peel(bits, w, h, kNorth);
-    changed = peel(bits, w, h, kSouth) || changed;
-    changed = peel(bits, w, h, kWest) || changed;
-    changed = peel(bits, w, h, kEast) || changed;
+    changed = peel(bits, w, h, true);
+    changed = peel(bits, w, h, false) || changed;
   }
 }
 

@@ -7,8 +7,8 @@ namespace rvdnav {
 namespace {
 
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
-constexpr int32_t kHalfTurn = 360;  // rows of half a degree
-constexpr int32_t kCellMargin = 4;  // two cells of smoothing around two of comparison
+constexpr int32_t kHalfTurn = 360;                // rows of half a degree
+constexpr int32_t kCellMargin = kFlankCells + 2;  // comparison and smoothing
 constexpr int32_t kRowMargin = 2;
 constexpr int32_t kVoteUnit = 3 * 4;  // weight of an edgel in the middle of a smoothed peak
 constexpr int32_t kLeastVotes = 6;
@@ -127,11 +127,14 @@ class Neighbourhood {
   int32_t first_row_, last_row_, first_cell_, cells_;
 };
 
-// Whether nothing beside the cell is higher: then it is no flank of something outside the window.
+// Whether nothing beside the cell is higher, outside the window as well: then it is no flank of something else.
 bool is_maximum(const Neighbourhood& space, const Window& w, int32_t row, int32_t cell, int32_t value) {
-  if (space.smoothed(row, cell - 1) > value || space.smoothed(row, cell + 1) > value) return false;
-  if (row == w.rows.first && space.smoothed(row - 1, cell - w.shear) > value) return false;
-  return row != w.rows.last || space.smoothed(row + 1, cell + w.shear) <= value;
+  for (int32_t d = -kFlankCells; d <= kFlankCells; ++d) {
+    if (space.smoothed(row, cell + d) > value) return false;
+    if (space.smoothed(row - 1, cell - w.shear + d) > value) return false;
+    if (space.smoothed(row + 1, cell + w.shear + d) > value) return false;
+  }
+  return true;
 }
 
 rvdnav_peak highest_peak(const Neighbourhood& space, const Window& w, const rvdnav_peak& none) {

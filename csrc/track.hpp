@@ -9,10 +9,13 @@ namespace rvdnav {
 constexpr int32_t kTrackMaxHalfRho = 64;    // pixels
 constexpr int32_t kTrackMaxHalfTheta = 15;  // degrees
 
-// Each window's own accumulator has cells of half a pixel by half a degree, and around the window as many more as
-// smoothing along rho and along an edge's shear needs.
+// A peak is the highest within 3 pixels; parallel edges are farther apart.
+constexpr int32_t kFlankCells = 6;
+
+// Each window's own accumulator has cells of half a pixel by half a degree, and around the window as many more as that
+// and the smoothing along rho and along an edge's shear need.
 constexpr int32_t kTrackMaxShear = 26;  // cells a row
-constexpr int32_t kTrackMaxCells = 4 * kTrackMaxHalfRho + 2 + 2 * (4 + 2 * kTrackMaxShear);
+constexpr int32_t kTrackMaxCells = 4 * kTrackMaxHalfRho + 2 + 2 * (kFlankCells + 2 + 2 * kTrackMaxShear);
 constexpr int32_t kTrackMaxRows = 4 * kTrackMaxHalfTheta + 2 + 2 * 2;
 
 struct TrackScratch {

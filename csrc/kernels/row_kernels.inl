@@ -1,5 +1,5 @@
-// The row kernels; include inside a namespace of the instruction set's own.  The loops are plain, without branches and in
-// 8 and 16 bit lanes, so that the compiler turns them into vector code.
+// The row kernels; include inside a namespace of the instruction set's own.  The loops are plain, without branches and
+// in 8 and 16 bit lanes, so that the compiler turns them into vector code.
 
 static void smooth_row(const uint8_t* __restrict above, const uint8_t* __restrict centre,
                        const uint8_t* __restrict below, int32_t width, uint16_t* __restrict scratch,
@@ -44,19 +44,22 @@ static void gradient_row(const uint8_t* __restrict above, const uint8_t* __restr
 }
 
 static void ridge_row(const int16_t* __restrict above, const int16_t* __restrict centre,
-                      const int16_t* __restrict below, const uint8_t* __restrict sector, int32_t width,
-                      int16_t minimum, uint8_t* __restrict candidate) {
+                      const int16_t* __restrict below, const uint8_t* __restrict sector, int32_t width, int16_t minimum,
+                      uint8_t* __restrict candidate) {
   for (int32_t x = 2; x < width - 2; ++x) {
-    const int16_t s = sector[x];
-    const int16_t before_straight = s == 0 ? centre[x - 1] : above[x];
-    const int16_t before_diagonal = s == 1 ? above[x - 1] : above[x + 1];
-    const int16_t after_straight = s == 0 ? centre[x + 1] : below[x];
-    const int16_t after_diagonal = s == 1 ? below[x + 1] : below[x - 1];
+    // All loads come first and depend on nothing, or the loop stays scalar.
+    const int16_t s = sector[x], m = centre[x];
+    const int16_t east = centre[x + 1], south_east = below[x + 1], south = below[x], south_west = below[x - 1];
+    const int16_t west = centre[x - 1], north_west = above[x - 1], north = above[x], north_east = above[x + 1];
+    const int16_t before_straight = s == 0 ? west : north, before_diagonal = s == 1 ? north_west : north_east;
+    const int16_t after_straight = s == 0 ? east : south, after_diagonal = s == 1 ? south_east : south_west;
     const int16_t before = (s & 1) == 0 ? before_straight : before_diagonal;
     const int16_t after = (s & 1) == 0 ? after_straight : after_diagonal;
-    const int16_t m = centre[x];
     // One strict comparison: a plateau two pixels wide gives one edge pixel.
-    candidate[x] = static_cast<uint8_t>(-((m > before) & (m >= after) & (m >= minimum)));
+    const int16_t above_before = m > before ? 255 : 0;
+    const int16_t not_below_after = m >= after ? 255 : 0;
+    const int16_t strong = m >= minimum ? 255 : 0;
+    candidate[x] = static_cast<uint8_t>(above_before & not_below_after & strong);
   }
   for (int32_t x = 0; x < 2; ++x) {
     candidate[x] = 0;
