@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
+
+Records: TypeAlias = NDArray[np.void] | Sequence[Any]
+"""Records of a dtype: an array of it, or a sequence of its records or of tuples."""
 
 
 def pointer(array: NDArray[Any], kind: str) -> Any:
@@ -33,8 +36,10 @@ def image_argument(pixels: NDArray[np.uint8]) -> tuple[Any, NDArray[np.uint8]]:
     return image, pixels
 
 
-def records(values: ArrayLike, dtype: np.dtype[np.void]) -> NDArray[np.void]:
-    """A contiguous structured array of the dtype."""
+def records(values: Records, dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    """A contiguous structured array (n,) of the dtype, from records of it."""
+    if not isinstance(values, np.ndarray):
+        values = list(values)  # numpy would read a tuple as one record
     return np.ascontiguousarray(values, dtype=dtype).reshape(-1)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rvdnav.core import layout
-from rvdnav.core.arrays import image_argument, pointer, records
+from rvdnav.core.arrays import Records, image_argument, pointer, records
 from rvdnav.core.config import isa_name
 from rvdnav.core.library import ffi, lib
 from rvdnav.core.results import FrameResult, frame_result
@@ -44,8 +44,8 @@ class Core(Stages):
         self,
         left: NDArray[np.uint8] | None,
         right: NDArray[np.uint8] | None,
-        windows_left: ArrayLike = (),
-        windows_right: ArrayLike = (),
+        windows_left: Records = (),
+        windows_right: Records = (),
     ) -> FrameResult:
         """One frame: images (h, w) or None, and the windows of Hough space (WINDOW records) where edges are expected.
 

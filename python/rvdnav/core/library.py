@@ -13,10 +13,13 @@ except ImportError as error:
 LIBRARY_PATH = Path(_cdef.__file__).with_name("librvdnav.so")
 
 
+_OPAQUE = {"rvdnav_context", "rvdnav_runner"}
+
+
 def _struct_names(ffi: Any) -> list[str]:
-    """Complete structures among the header's typedefs."""
-    kinds = {name: ffi.typeof(name) for name in ffi.list_types()[0] if name.startswith("rvdnav_")}
-    return sorted(name for name, kind in kinds.items() if kind.kind == "struct" and kind.fields is not None)
+    """Structures that the header lays out."""
+    names = [name for name in ffi.list_types()[0] if name.startswith("rvdnav_") and name not in _OPAQUE]
+    return sorted(name for name in names if ffi.typeof(name).kind == "struct")
 
 
 def load(path: Path) -> tuple[Any, Any]:

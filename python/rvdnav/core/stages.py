@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rvdnav.core import layout
-from rvdnav.core.arrays import collect, image_argument, pointer, points, records
+from rvdnav.core.arrays import Records, collect, image_argument, pointer, points, records
 from rvdnav.core.context import Context
 from rvdnav.core.library import lib
 from rvdnav.core.status import check
@@ -18,7 +18,7 @@ UInt8Array = NDArray[np.uint8]
 UInt16Array = NDArray[np.uint16]
 UInt32Array = NDArray[np.uint32]
 FloatArray = NDArray[np.float64]
-Records = NDArray[np.void]
+RecordArray = NDArray[np.void]
 
 
 def unpack_edges(edge_bits: UInt32Array, width: int) -> NDArray[np.bool_]:
@@ -61,7 +61,7 @@ class Stages(Context):
         check(lib.rvdnav_thin(self.handle, camera, pointer(bits, "uint32_t *")))
         return bits
 
-    def rectify_edges(self, camera: int, edge_bits: UInt32Array, direction: UInt8Array) -> Records:
+    def rectify_edges(self, camera: int, edge_bits: UInt32Array, direction: UInt8Array) -> RecordArray:
         """EDGEL records: the edge pixels in rectified coordinates."""
         bits = self._bits(edge_bits)
         direction = self._plane(direction)
@@ -81,7 +81,7 @@ class Stages(Context):
         check(lib.rvdnav_hough_vote(self.handle, *args))
         return accumulator
 
-    def hough_peaks(self, accumulator: UInt16Array) -> Records:
+    def hough_peaks(self, accumulator: UInt16Array) -> RecordArray:
         """PEAK records: local maxima of the accumulator, most votes first."""
         shape = (THETA_BINS, self.config.hough_rho_bins)
         if accumulator.shape != shape:
@@ -96,7 +96,7 @@ class Stages(Context):
             self.config.max_peaks,
         )
 
-    def hough_track(self, camera: int, edgels: Records, windows: ArrayLike) -> Records:
+    def hough_track(self, camera: int, edgels: Records, windows: Records) -> RecordArray:
         """PEAK records, one for each window (WINDOW records); votes = 0 where a window holds no peak."""
         edgels = records(edgels, layout.EDGEL)
         c_windows = records(windows, layout.WINDOW)
@@ -105,7 +105,7 @@ class Stages(Context):
         check(lib.rvdnav_hough_track(self.handle, camera, *args, pointer(peaks, "rvdnav_peak *")))
         return peaks
 
-    def extract_segments(self, camera: int, edgels: Records, peaks: Records) -> Records:
+    def extract_segments(self, camera: int, edgels: Records, peaks: Records) -> RecordArray:
         """SEGMENT records: straight runs of edgels along the peaks' lines."""
         edgels = records(edgels, layout.EDGEL)
         peaks = records(peaks, layout.PEAK)
@@ -117,7 +117,7 @@ class Stages(Context):
             self.config.max_segments,
         )
 
-    def find_bars(self, camera: int, segments: Records) -> Records:
+    def find_bars(self, camera: int, segments: Records) -> RecordArray:
         """BAR records: pairs of near-parallel segments with a small distance."""
         segments = records(segments, layout.SEGMENT)
         args = pointer(segments, "rvdnav_segment *"), len(segments)
@@ -136,7 +136,7 @@ class Stages(Context):
         polarity: ArrayLike = 0,
         half_width: float = 4.0,
         step: float = 1.0,
-    ) -> Records:
+    ) -> RecordArray:
         """EDGE_SAMPLE records: steps of the raw grey values across model edges.
 
         model_edges: (n, 4) rectified x0, y0, x1, y1; polarity: +1, -1 or 0 (either) for all or each; half_width of the
@@ -158,7 +158,7 @@ class Stages(Context):
             min(guess, 1 << 16),
         )
 
-    def correlate(self, left: UInt8Array, right: UInt8Array, xy: ArrayLike) -> Records:
+    def correlate(self, left: UInt8Array, right: UInt8Array, xy: ArrayLike) -> RecordArray:
         """MATCH records of the left rectified points xy (n, 2), found along the rows of the right image."""
         c_left, _keep_left = image_argument(left)
         c_right, _keep_right = image_argument(right)
