@@ -13,11 +13,13 @@ namespace {
 constexpr double kSpacing = 0.5;  // pixels between the grey values of a profile
 constexpr int32_t kMaxPoints = 2 * 24 + 1;
 static_assert(2.0 * kMaxHalfWidth / kSpacing + 1.0 <= kMaxPoints, "profile does not fit");
-constexpr double kFitReach = 2.2;  // the step's own neighbourhood, pixels to both sides
+constexpr double kFitReach = 1.6;  // the step's own neighbourhood, pixels to both sides
 constexpr int32_t kIterations = 6;
-constexpr double kMinContrast = 4.0;  // grey levels
-constexpr double kMinSignal = 4.0;    // contrast over the residual's standard deviation
-constexpr double kMinNoise = 0.7;     // grey levels: quantisation and read noise
+constexpr double kMinContrast = 4.0;   // grey levels
+constexpr double kMinSignal = 4.0;     // contrast over the residual's standard deviation
+constexpr double kTypicalNoise = 2.0;  // grey levels, of one value
+constexpr double kSigmaSpread = 0.3;   // of the blur from edge to edge, as a fraction
+constexpr double kMinNoise = 0.7;      // grey levels: quantisation and read noise
 // Linear interpolation widens the step: the variance of its triangle kernel, averaged over the phase, in pixels^2.
 constexpr double kInterpolationVariance = 1.0 / 6.0;
 
@@ -81,16 +83,20 @@ struct Step {
   double t0, contrast, sigma;
 };
 
-// Gauss-Newton for grey = base + contrast * Phi((t - t0) / sigma) around t0.
-bool fit_step(const Profile& profile, double sigma, double half_width, double t0, Step* step) {
-  const double reach = std::max(kFitReach, 2.0 * sigma);
+// Gauss-Newton for grey = base + contrast * Phi((t - t0) / sigma) around t0.  The blur is a parameter too, held near
+// the expected one where the noise hides it: a wrong blur would pull the step towards the side with the more uneven
+// grey.
+bool fit_step(const Profile& profile, double expected_sigma, double half_width, double t0, Step* step) {
   constexpr double kInvSqrt2 = 0.70710678118654752;
   constexpr double kInvSqrt2Pi = 0.39894228040143268;
+  const double reach = std::max(kFitReach, 1.8 * expected_sigma);
+  const double prior = kTypicalNoise * kTypicalNoise / (kSigmaSpread * kSigmaSpread * expected_sigma * expected_sigma);
+  double sigma = expected_sigma;
   double contrast = 0.0;
   for (int32_t iteration = 0; iteration < kIterations; ++iteration) {
-    // base and contrast are linear: solve for them and the shift of t0 at once.
-    Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    // base and contrast are linear: solve for them and the changes of t0 and sigma at once.
+    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
     double square = 0.0;
     double n = 0.0;
     for (int32_t i = 0; i < profile.count; ++i) {
@@ -98,28 +104,34 @@ bool fit_step(const Profile& profile, double sigma, double half_width, double t0
       if (std::abs(x) > reach) continue;
       const double z = x / sigma;
       const double phi = 0.5 * std::erfc(-z * kInvSqrt2);
-      const double density = kInvSqrt2Pi * std::exp(-0.5 * z * z) / sigma;
-      // In the first round the contrast is unknown and t0 stays.
-      const Eigen::Vector3d J(1.0, phi, iteration == 0 ? 0.0 : -contrast * density);
-      N += J * J.transpose();
+      const double slope = contrast * kInvSqrt2Pi * std::exp(-0.5 * z * z) / sigma;
+      const Eigen::Vector4d J(1.0, phi, -slope, -slope * z);
+      N.noalias() += J * J.transpose();
       b += J * profile.grey[i];
       square += profile.grey[i] * profile.grey[i];
       n += 1.0;
     }
     if (n < 6.0) return false;
-    if (iteration == 0) N(2, 2) = 1.0;
+    if (iteration == 0) {
+      // The contrast is not known yet: t0 and sigma stay.
+      N(2, 2) = N(3, 3) = 1.0;
+    } else {
+      N(3, 3) += prior;
+      b(3) += prior * (expected_sigma - sigma);
+    }
+    Eigen::Matrix4d inverse;
     bool invertible = false;
-    Eigen::Matrix3d inverse;
-    N.computeInverseWithCheck(inverse, invertible, 1e-9);
+    N.computeInverseWithCheck(inverse, invertible, 1e-12);
     if (!invertible) return false;
-    const Eigen::Vector3d solution = inverse * b;
+    const Eigen::Vector4d solution = inverse * b;
     contrast = solution(1);
     if (iteration == 0) continue;
     const double shift = std::clamp(solution(2), -sigma, sigma);
     t0 += shift;
+    sigma = std::clamp(sigma + solution(3), 0.6 * expected_sigma, 2.0 * expected_sigma);
     if (std::abs(t0) > half_width - 1.0) return false;
     if (std::abs(shift) > 1e-3 && iteration + 1 < kIterations) continue;
-    const double residual = std::max(square - solution.dot(b), 0.0) / std::max(n - 3.0, 1.0);
+    const double residual = std::max(square - solution.dot(b), 0.0) / std::max(n - 4.0, 1.0);
     // Half of the profile's values are interpolated between the same pixels, hence the factor of two.
     const double noise = std::sqrt(2.0 * residual + kMinNoise * kMinNoise);
     step->t0 = t0;

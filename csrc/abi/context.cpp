@@ -33,7 +33,7 @@ rvdnav_status rvdnav_config_default(rvdnav_config* config) {
   c.match_consistency_q8 = 256;
   c.range_min = 0.25;
   c.range_max = 1.7;
-  c.blur_sigma = 0.8;
+  c.blur_sigma = 0.7;
   *config = c;
   return RVDNAV_OK;
 }

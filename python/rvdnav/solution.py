@@ -137,6 +137,10 @@ def _reasons(value: Iterable[Reason]) -> frozenset[Reason]:
     return frozenset(value)
 
 
+def _stage_times(value: Mapping[str, float]) -> dict[str, float]:
+    return dict(value)
+
+
 def _same_view_lines(a: Mapping[int, FloatArray], b: Mapping[int, FloatArray]) -> bool:
     return a.keys() == b.keys() and all(np.array_equal(a[camera], b[camera]) for camera in a)
 
@@ -173,7 +177,7 @@ class Solution:
         factory=dict, converter=_view_lines, eq=attrs.cmp_using(eq=_same_view_lines)
     )
     """Camera index -> (n, 4) measured segments x0, y0, x1, y1 in rectified pixels, for drawing."""
-    stage_times: dict[str, float] = attrs.field(factory=dict, converter=dict, eq=False)
+    stage_times: dict[str, float] = attrs.field(factory=dict, converter=_stage_times, eq=False)
     """Stage name -> wall time in seconds, ``TOTAL`` for the whole call; the only part that differs between two runs."""
 
     def __attrs_post_init__(self) -> None:

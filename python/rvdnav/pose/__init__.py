@@ -4,6 +4,7 @@ Readable numpy throughout; every formula names its source.  The frames and order
 """
 
 from rvdnav.pose.cameras import RectifiedCameras
+from rvdnav.pose.edge_lines import EdgeLines, fit_edge_lines
 from rvdnav.pose.errors import PoseError
 from rvdnav.pose.euler import (
     EulerAngles,
@@ -15,7 +16,7 @@ from rvdnav.pose.euler import (
 )
 from rvdnav.pose.filter import ConstantVelocityFilter, PredictedPose
 from rvdnav.pose.refine import EdgeSamples, RefinedPose, edge_residuals, refine_pose
-from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_lines
+from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_edges, refine_pose_lines
 from rvdnav.pose.so3 import (
     difference,
     exp,
@@ -35,6 +36,7 @@ from rvdnav.pose.triangulate import triangulate
 
 __all__ = [
     "ConstantVelocityFilter",
+    "EdgeLines",
     "EdgeSamples",
     "EulerAngles",
     "LineMeasurements",
@@ -49,6 +51,7 @@ __all__ = [
     "elementary_z",
     "euler_from_rotation",
     "exp",
+    "fit_edge_lines",
     "frame_from_points",
     "hat",
     "inverse_T",
@@ -61,6 +64,7 @@ __all__ = [
     "project_to_so3",
     "quaternion_xyzw",
     "refine_pose",
+    "refine_pose_edges",
     "refine_pose_lines",
     "rotation_angle",
     "rotation_from_euler",

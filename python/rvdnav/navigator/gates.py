@@ -1,0 +1,65 @@
+"""Whether a measurement may be published: the gates, each with its reason."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rvdnav.navigator.measurement import Measurement, disparity_errors
+from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.pose import PredictedPose, difference
+from rvdnav.rig import Rig
+from rvdnav.solution import Reason
+from rvdnav.target import Bracket
+
+_MIN_MATCHES = 3
+_SHIFT_PX = 0.1
+
+
+def failed_gates(
+    measurement: Measurement,
+    bracket: Bracket,
+    rig: Rig,
+    settings: NavigatorSettings,
+    range_gate: tuple[float, float],
+) -> frozenset[Reason]:
+    """What speaks against publishing the measurement by itself; empty if nothing does."""
+    reasons = set()
+    pose = measurement.pose
+    shown = (measurement.coverage >= settings.edge_coverage).sum(axis=1)
+    if shown.min() < settings.min_edges or measurement.total_coverage < settings.min_coverage:
+        reasons.add(Reason.TOO_FEW_LINES)
+    if not measurement.settled:
+        reasons.add(Reason.NOT_CONVERGED)
+    if weighted_rms(measurement) > settings.max_rms_px:
+        reasons.add(Reason.RESIDUALS)
+    errors = disparity_errors(measurement, bracket, rig)
+    if len(errors) >= _MIN_MATCHES and abs(float(np.median(errors))) > settings.max_disparity_px:
+        reasons.add(Reason.CROSS_VIEW)
+    distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
+    if not range_gate[0] <= distance <= range_gate[1]:
+        reasons.add(Reason.RANGE_GATE)
+    sigma_position = float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
+    sigma_attitude = float(np.sqrt(np.linalg.eigvalsh(pose.covariance[3:, 3:])[-1]))
+    if sigma_position > settings.max_position_sigma or sigma_attitude > settings.max_attitude_sigma * (1.0 + distance):
+        reasons.add(Reason.COVARIANCE)
+    return frozenset(reasons)
+
+
+def weighted_rms(measurement: Measurement) -> float:
+    """RMS of the trusted lines' endpoints against the pose, px; lines that a side face may have moved count less."""
+    pose = measurement.pose
+    weights = pose.weights / (1.0 + (measurement.lines.shift_sigma / _SHIFT_PX) ** 2)
+    return float(np.sqrt(np.sum(weights[:, None] * pose.residuals**2) / max(2.0 * float(weights.sum()), 1e-12)))
+
+
+def plausible_motion(
+    measurement: Measurement, prediction: PredictedPose, seconds: float, settings: NavigatorSettings
+) -> bool:
+    """Whether the target can have come from the prediction to the measured pose: within the prediction's and the
+    measurement's covariance together, or within what the largest speeds allow in the seconds since the last pose."""
+    error = difference(measurement.pose.T_world_target, prediction.T_world_target)
+    covariance = prediction.covariance + measurement.pose.covariance
+    if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
+        return True
+    slow = float(np.linalg.norm(error[:3])) <= settings.max_speed * seconds
+    return slow and float(np.linalg.norm(error[3:])) <= settings.max_turn_rate * seconds

@@ -1,0 +1,45 @@
+"""The target's edges in the rectified views of a rig."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rvdnav.pose import RectifiedCameras
+from rvdnav.pose.arrays import FloatArray
+from rvdnav.rig import Rig
+
+
+def rectified_cameras(rig: Rig) -> RectifiedCameras:
+    """The rig's rectified cameras for the pose mathematics."""
+    centers = np.stack([T[:3, 3] for T in rig.T_world_cam])
+    return RectifiedCameras(rig.focal_rect, centers, rig.R_world_rect.T)
+
+
+def project_edges(
+    cameras: RectifiedCameras, camera: int, T_world_target: FloatArray, edge_points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Ends of edges (m, 2, 3) of the target in a rectified view.
+
+    Returns image points (m, 2, 2), px from the principal point, and depths (m, 2), m.  Raises PoseError for an end that
+    is not in front of the camera.
+    """
+    points_C = edge_points.reshape(-1, 3)
+    points_W = points_C @ T_world_target[:3, :3].T + T_world_target[:3, 3]
+    xy = cameras.project(np.full(len(points_C), camera), points_W)
+    depths = (points_W - cameras.centers[camera]) @ cameras.R_rect_world[2]
+    return xy.reshape(-1, 2, 2), depths.reshape(-1, 2)
+
+
+def line_of(xy: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Normal form of the lines through image points (m, 2, 2).
+
+    Returns rho (m,), theta (m,) in [-45°, 135°) and the ends' positions along the line (m, 2), t = -x sin(theta) + y
+    cos(theta), the smaller first.
+    """
+    d = xy[:, 1] - xy[:, 0]
+    theta = np.arctan2(d[:, 0], -d[:, 1])
+    theta = np.mod(theta + np.pi / 4.0, np.pi) - np.pi / 4.0
+    c, s = np.cos(theta), np.sin(theta)
+    rho = c * xy[:, 0, 0] + s * xy[:, 0, 1]
+    t = -s[:, None] * xy[:, :, 0] + c[:, None] * xy[:, :, 1]
+    return rho, theta, np.sort(t, axis=1)

@@ -1,0 +1,188 @@
+"""One frame's measurement: from the core's lines to a refined pose with its evidence."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from rvdnav.core import Core, FrameResult
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.sampling import SampledEdges, sample_edges
+from rvdnav.navigator.sides import side_separation
+from rvdnav.pose import (
+    LineMeasurements,
+    PoseError,
+    RectifiedCameras,
+    RefinedPose,
+    difference,
+    fit_edge_lines,
+    pose_from_apexes,
+    refine_pose_edges,
+    refine_pose_lines,
+)
+from rvdnav.pose.arrays import BoolArray, FloatArray
+from rvdnav.rig import Rig
+from rvdnav.target import Bracket
+
+# Half-widths of the profiles, round by round: each round measures where the last one has put the edges.
+_HALF_WIDTHS_PX = (3.5, 2.5, 2.5)
+# Weight from which a sample or a line counts as agreeing with the pose.
+_TRUSTED = 0.2
+# Where the step stands between the front and the back edge of a side face in sight, as a part of their distance: mean
+# and standard deviation.
+_SIDE_MEAN = 0.0
+_SIDE_SIGMA = 0.5
+# What a line from Hough space alone is good for, and the least that a fitted one is taken to err, px.
+_PEAK_SIGMA_PX = 0.7
+_LINE_SIGMA_PX = 0.15
+
+
+@attrs.frozen(eq=False)
+class Measurement:
+    """A pose refined on this frame's own images, with what speaks for it."""
+
+    pose: RefinedPose
+    """Refined over ``lines``; its residuals and weights are theirs."""
+    lines: LineMeasurements
+    sampled: SampledEdges
+    inlier: BoolArray
+    """(n,) samples that agree with the pose."""
+    settled: bool
+    """The last round of sampling and refining changed the pose by less than its standard deviation."""
+    frame: FrameResult
+
+    @property
+    def coverage(self) -> FloatArray:
+        """(cameras, edges) part of the profiles on the image that agree with the pose; 0 where none was possible."""
+        agreed = np.zeros_like(self.sampled.attempted)
+        np.add.at(agreed, (self.sampled.camera[self.inlier], self.sampled.edge[self.inlier]), 1)
+        part: FloatArray = agreed / np.maximum(self.sampled.attempted, 1)
+        return part
+
+    @property
+    def total_coverage(self) -> float:
+        """Part of all profiles on the images that agree with the pose."""
+        return float(self.inlier.sum() / max(int(self.sampled.attempted.sum()), 1))
+
+
+def measure(
+    core: Core,
+    rig: Rig,
+    bracket: Bracket,
+    frame: FrameResult,
+    images: tuple[NDArray[np.uint8] | None, ...],
+    prior: FloatArray,
+) -> Measurement:
+    """The pose that this frame's lines and grey values give.
+
+    prior (4, 4): the acquired or the predicted pose, the start where fewer than four apexes are measured in space.
+    Raises PoseError where the measured geometry does not determine a pose.
+    """
+    cameras = rectified_cameras(rig)
+    T = _coarse_pose(bracket, frame, cameras, prior)
+    for half_width in _HALF_WIDTHS_PX:
+        sampled = sample_edges(core, rig, images, T, bracket, half_width)
+        fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
+        separation = side_separation(cameras, T, bracket, fits.camera, fits.edge, fits.theta)
+        lines = LineMeasurements(
+            fits.camera,
+            fits.edge,
+            bracket.edge_points[fits.edge],
+            fits.rho - _SIDE_MEAN * separation,
+            fits.theta,
+            fits.cov,
+            _SIDE_SIGMA * np.abs(separation),
+        )
+        pose = refine_pose_edges(T, lines, cameras)
+        change = difference(pose.T_world_target, T)
+        T = pose.T_world_target
+    trusted = np.zeros((len(images), len(bracket.edge_points)), np.bool_)
+    trusted[lines.camera, lines.edge] = pose.weights > _TRUSTED
+    inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
+    settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
+    return Measurement(pose, lines, sampled, inlier, settled, frame)
+
+
+def _coarse_pose(bracket: Bracket, frame: FrameResult, cameras: RectifiedCameras, prior: FloatArray) -> FloatArray:
+    """The paper's three-point pose from the triangulated apexes, then all lines of both views together."""
+    start = prior
+    if frame.apex_found[:4].all():
+        try:
+            start = pose_from_apexes(frame.apexes_W[:4], bracket.outer)
+        except PoseError:  # degenerate corners; the prior is still good
+            start = prior
+    lines = line_measurements(bracket, frame)
+    candidates = []
+    for T in (start, prior):
+        try:
+            candidates.append(refine_pose_lines(T, lines, cameras))
+        except PoseError as error:
+            failure = error
+    if not candidates:
+        raise failure
+    return min(candidates, key=lambda pose: pose.sigma0).T_world_target
+
+
+def line_measurements(bracket: Bracket, frame: FrameResult) -> LineMeasurements:
+    """The lines found in the views, each with the covariance of its fit or, without one, of its peak."""
+    camera, edge, rho, theta, cov = [], [], [], [], []
+    for index, view in enumerate(frame.views):
+        if view is None:
+            continue
+        for k in np.flatnonzero(view.line_found):
+            line = view.lines[k]
+            camera.append(index)
+            edge.append(int(k))
+            rho.append(float(line["rho"]))
+            theta.append(float(line["theta"]))
+            cov.append(_line_covariance(line))
+    return LineMeasurements(
+        camera, edge, bracket.edge_points[edge].reshape(-1, 2, 3), rho, theta, np.array(cov).reshape(-1, 2, 2)
+    )
+
+
+def _line_covariance(line: NDArray[np.void]) -> FloatArray:
+    """Of (rho, theta): an offset and a tilt about the line's middle, plus what the fit says where there is one."""
+    fitted = bool(line["refitted"])
+    sigma = _LINE_SIGMA_PX if fitted else _PEAK_SIGMA_PX
+    middle = 0.5 * float(line["t_min"] + line["t_max"])
+    tilt = sigma / max(float(line["t_max"] - line["t_min"]), 1.0)
+    J = np.array([[1.0, middle], [0.0, 1.0]])
+    covariance: FloatArray = J @ np.diag([sigma**2, tilt**2]) @ J.T
+    if fitted:
+        covariance = covariance + line["covariance"].reshape(2, 2)
+    return covariance
+
+
+def disparity_errors(measurement: Measurement, bracket: Bracket, rig: Rig) -> FloatArray:
+    """Disparities (k,) of the correlated points on the bars' faces minus what the pose predicts for them, px."""
+    matches = measurement.frame.matches
+    matches = matches[matches["accepted"] != 0]
+    if len(matches) == 0:
+        return np.zeros(0)
+    T = measurement.pose.T_world_target
+    R_rect_world = rig.R_world_rect.T
+    # The face is the plane x_C = const; its normal and a point on it, seen from the left camera in rectified axes.
+    normal = R_rect_world @ T[:3, 0]
+    point = R_rect_world @ (T[:3, :3] @ bracket.outer[0] + T[:3, 3] - rig.T_world_cam[0][:3, 3])
+    rays = np.column_stack([matches["x"], matches["y"], np.full(len(matches), rig.focal_rect)]) / rig.focal_rect
+    depth = (normal @ point) / (rays @ normal)
+    errors: FloatArray = matches["disparity"] - rig.focal_rect * rig.baseline / depth
+    return errors
+
+
+def measured_segments(frame: FrameResult) -> dict[int, FloatArray]:
+    """Camera index -> (n, 4) measured lines as segments x0, y0, x1, y1, rectified px."""
+    drawn = {}
+    for camera, view in enumerate(frame.views):
+        if view is None:
+            continue
+        lines = view.lines[view.line_found]
+        c, s = np.cos(lines["theta"]), np.sin(lines["theta"])
+        ends = [
+            np.column_stack([c * lines["rho"] - s * lines[t], s * lines["rho"] + c * lines[t]])
+            for t in ("t_min", "t_max")
+        ]
+        drawn[camera] = np.hstack(ends)
+    return drawn

@@ -1,0 +1,86 @@
+"""Edge samples: the bracket's edges at a pose, measured in the grey values of both views."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from rvdnav.bracket import Bracket
+from rvdnav.core import Core
+from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.rig import Rig
+
+# Corners blend two edges: this much of an edge's ends is not sampled, px.
+_END_MARGIN_PX = 3.0
+_MAX_SAMPLES_PER_EDGE = 80
+
+
+@attrs.frozen(eq=False)
+class SampledEdges:
+    """Profiles across the edges of all views in which a step was found; arrays of one length n.
+
+    camera, edge (n,).  q (n, 2): where the step was found, rectified px.  n (n, 2): unit normal, to the same side all
+    along an edge.  sigma (n,): px, from the profile's own noise.  attempted (cameras, edges): profiles on the image.
+    """
+
+    camera: IntArray
+    edge: IntArray
+    q: FloatArray
+    n: FloatArray
+    sigma: FloatArray
+    attempted: IntArray
+
+
+def sample_edges(
+    core: Core,
+    rig: Rig,
+    images: tuple[NDArray[np.uint8] | None, ...],
+    T_world_target: FloatArray,
+    bracket: Bracket,
+    half_width: float,
+) -> SampledEdges:
+    """Profiles across the bracket's front edges, half_width px to both sides of where the pose puts them.
+
+    A view without image gives none.  Raises PoseError for a target that is not in front of the cameras.
+    """
+    cameras = rectified_cameras(rig)
+    edges = len(bracket.edge_points)
+    attempted = np.zeros((len(images), edges), np.int64)
+    camera_parts, found_parts = [], []
+    for camera, image in enumerate(images):
+        if image is None:
+            continue
+        xy, _ = project_edges(cameras, camera, T_world_target, bracket.edge_points)
+        span = xy[:, 1] - xy[:, 0]
+        length = np.linalg.norm(span, axis=1)
+        margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]
+        ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
+        step = max(1.0, float(length.max()) / _MAX_SAMPLES_PER_EDGE)
+        found = core.measure_edges(camera, image, ends.reshape(-1, 4), 0, half_width, step)
+        attempted[camera] = _profiles_on_image(rig, camera, ends, step)
+        camera_parts.append(np.full(len(found), camera, np.int64))
+        found_parts.append(found)
+    found = np.concatenate(found_parts)
+    return SampledEdges(
+        camera=np.concatenate(camera_parts),
+        edge=found["edge"].astype(np.int64),
+        q=np.column_stack([found["x"], found["y"]]),
+        n=np.column_stack([found["nx"], found["ny"]]),
+        sigma=found["sigma"].astype(np.float64),
+        attempted=attempted,
+    )
+
+
+def _profiles_on_image(rig: Rig, camera: int, ends: FloatArray, step: float) -> IntArray:
+    """How many profiles along each edge (m, 2, 2) have their middle on the image."""
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    count = np.maximum((length / step).astype(np.int64), 1)
+    on_image = np.zeros(len(ends), np.int64)
+    for edge, n in enumerate(count):
+        fraction = (np.arange(n) + 0.5) / n
+        uv = rig.rect_to_raw(camera, ends[edge, 0] + fraction[:, None] * (ends[edge, 1] - ends[edge, 0]))
+        inside = (uv > 0.0).all(axis=1) & (uv < np.array([rig.width - 1, rig.height - 1])).all(axis=1)
+        on_image[edge] = int(inside.sum())
+    return on_image

@@ -1,0 +1,51 @@
+"""What the navigator demands of a measurement before it publishes it, and how it follows the target."""
+
+from __future__ import annotations
+
+import math
+
+import attrs
+
+
+@attrs.frozen(kw_only=True)
+class NavigatorSettings:
+    """Thresholds of the gates, search windows and the time a lost target is coasted.
+
+    Raises ValueError for a value that is not positive.
+    """
+
+    min_edges: int = attrs.field(default=5)
+    """Edges of the target that each view must show."""
+    edge_coverage: float = 0.35
+    """Part of an edge's length that must agree with the pose for it to count as shown."""
+    min_coverage: float = 0.5
+    """Part of all edges' length, over the views together, that must agree with the pose."""
+    max_rms_px: float = 0.8
+    """Weighted RMS of the edge samples against the pose, pixels."""
+    max_disparity_px: float = 1.5
+    """Median disagreement of the correlated points' disparities with the pose, pixels."""
+    max_position_sigma: float = 0.006
+    """Largest standard deviation of the position along any direction, metres."""
+    max_attitude_sigma: float = math.radians(0.65)
+    """Largest standard deviation of the attitude about any axis, radians a metre of range beyond the first added."""
+    max_speed: float = 1.0
+    """Largest plausible speed of the target relative to the chaser, m/s."""
+    max_turn_rate: float = math.radians(60.0)
+    """Largest plausible angular speed, rad/s."""
+    motion_sigmas: float = 6.0
+    """Distance from the prediction, in standard deviations of both, from which a motion is not plausible."""
+    window_min_rho_px: float = 2.5
+    """Least half-width of a tracking window across its edge, pixels."""
+    window_min_theta: float = math.radians(2.0)
+    """Least half-width of a tracking window in angle, radians."""
+    window_sigmas: float = 3.0
+    """Half-width of the windows in standard deviations of the prediction, beyond the least."""
+    window_max_rho_px: float = 14.0
+    """From this half-width on a window says too little, and the frame is searched without a prior."""
+    coast_seconds: float = 2.0
+    """How long a target without a measurement is predicted before it is lost."""
+
+    def __attrs_post_init__(self) -> None:
+        for name, value in attrs.asdict(self).items():
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be positive, not {value}")

@@ -1,0 +1,109 @@
+"""Straight lines through the samples of each edge: robust fits that tell an edge's own scatter from its outliers."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+
+_ROUNDS = 8
+_TUKEY = 4.685
+_SCALE_FLOOR_PX = 0.05
+_MIN_SAMPLES = 5
+# Neighbouring profiles share pixels and texture, so they know less than independent ones would.
+_CORRELATION = 2.0
+
+
+@frozen(eq=False)
+class EdgeLines:
+    """One fitted line an edge and camera; arrays of one length m, in the order of (camera, edge).
+
+    camera, edge (m,).  rho (m,) px, theta (m,) rad: x cos(theta) + y sin(theta) = rho in rectified px; theta is that of
+    the samples' normals.  cov (m, 2, 2): of (rho, theta) from the scatter about the line.  rms (m,) px.
+    weights (n,): of the samples they came from, 0 for outliers and for edges without a line.
+    """
+
+    camera: IntArray
+    edge: IntArray
+    rho: FloatArray
+    theta: FloatArray
+    cov: FloatArray
+    rms: FloatArray
+    weights: FloatArray
+
+
+def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArray, sigma: FloatArray) -> EdgeLines:
+    """Lines through image points q (k, 2) with normals n (k, 2) and standard deviations sigma (k,), px.
+
+    The normals of an edge in a camera are equal up to small angles.  There is one line an edge and camera: a least-squares fit across the first
+    normal of its edge, reweighted by Tukey's loss with a scale of its own; edges with too few agreeing samples are
+    left out.
+    """
+    if len(camera) == 0:
+        none = np.zeros(0)
+        return EdgeLines(camera, edge, none, none, np.zeros((0, 2, 2)), none, none)
+    keys, first, group = np.unique(camera * (edge.max() + 1) + edge, return_index=True, return_inverse=True)
+    groups = len(keys)
+    normal = n[first]
+    # Across and along the edge, from its samples' mean.
+    centre = np.column_stack([_sum(group, q[:, i], groups) / np.bincount(group) for i in (0, 1)])
+    d = q - centre[group]
+    across = np.einsum("ki,ki->k", d, normal[group])
+    along = d[:, 1] * normal[group, 0] - d[:, 0] * normal[group, 1]
+    offset = _medians(across, group, groups)
+    slope = np.zeros(groups)
+    for _ in range(_ROUNDS):
+        residual = across - offset[group] - slope[group] * along
+        scale = np.maximum(1.4826 * _medians(np.abs(residual), group, groups), _SCALE_FLOOR_PX)
+        tukey = np.maximum(1.0 - (residual / (_TUKEY * scale[group])) ** 2, 0.0) ** 2
+        # Beyond its share of the scatter a profile's own sigma tells how much it knows.
+        w = tukey / (sigma**2 + scale[group] ** 2)
+        s0, s1, s2 = (_sum(group, w * along**power, groups) for power in (0, 1, 2))
+        y0, y1 = (_sum(group, w * across * along**power, groups) for power in (0, 1))
+        det = s0 * s2 - s1 * s1
+        fit = det > 1e-9 * s0 * s2
+        safe = np.where(fit, det, 1.0)
+        offset = np.where(fit, (s2 * y0 - s1 * y1) / safe, offset)
+        slope = np.where(fit, (s0 * y1 - s1 * y0) / safe, 0.0)
+    residual = across - offset[group] - slope[group] * along
+    agreeing = _sum(group, (tukey > 0.1).astype(np.float64), groups)
+    unit = _sum(group, w * residual**2, groups) / np.maximum(agreeing - 2.0, 1.0) * agreeing / np.maximum(s0, 1e-300)
+    variance = np.maximum(unit, _SCALE_FLOOR_PX**2 / 4.0) * _CORRELATION
+    information = s0 / np.maximum(agreeing, 1.0)
+    # Var of (offset, slope) = variance * information * [[s2, -s1], [-s1, s0]] / det, turned into (rho, theta).
+    factor = variance * information / safe
+    theta0 = np.arctan2(normal[:, 1], normal[:, 0])
+    theta = theta0 - np.arctan(slope)
+    c, s = np.cos(theta), np.sin(theta)
+    anchor = centre + offset[:, None] * normal
+    rho = c * anchor[:, 0] + s * anchor[:, 1]
+    middle = anchor[:, 1] * c - anchor[:, 0] * s
+    cov = np.empty((groups, 2, 2))
+    cov[:, 0, 0] = factor * (s2 + 2.0 * middle * s1 + middle**2 * s0)
+    cov[:, 0, 1] = cov[:, 1, 0] = factor * (s1 + middle * s0)
+    cov[:, 1, 1] = factor * s0
+    kept: BoolArray = fit & (agreeing >= _MIN_SAMPLES)
+    rms = np.sqrt(_sum(group, tukey * residual**2, groups) / np.maximum(_sum(group, tukey, groups), 1e-300))
+    return EdgeLines(
+        camera[first][kept],
+        edge[first][kept],
+        rho[kept],
+        theta[kept],
+        cov[kept],
+        rms[kept],
+        np.where(kept[group], tukey, 0.0),
+    )
+
+
+def _sum(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
+    return np.bincount(group, values, minlength=groups).astype(np.float64)
+
+
+def _medians(values: FloatArray, group: IntArray, groups: int) -> FloatArray:
+    order = np.lexsort((values, group))
+    count = np.bincount(group, minlength=groups)
+    start = np.concatenate([[0], np.cumsum(count)[:-1]])
+    ordered = values[order]
+    median: FloatArray = 0.5 * (ordered[start + (count - 1) // 2] + ordered[start + count // 2])
+    return median
