@@ -36,9 +36,9 @@ class EdgeLines:
 def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArray, sigma: FloatArray) -> EdgeLines:
     """Lines through image points q (k, 2) with normals n (k, 2) and standard deviations sigma (k,), px.
 
-    The normals of an edge in a camera are equal up to small angles.  There is one line an edge and camera: a least-squares fit across the first
-    normal of its edge, reweighted by Tukey's loss with a scale of its own; edges with too few agreeing samples are
-    left out.
+    The normals of an edge in a camera are equal up to small angles.  There is one line an edge and camera: a
+    least-squares fit across the first normal of its edge, reweighted by Tukey's loss with a scale of its own; edges
+    with too few agreeing samples are left out.
     """
     if len(camera) == 0:
         none = np.zeros(0)
