@@ -306,8 +306,8 @@ RVDNAV_API rvdnav_status rvdnav_context_init(void* memory, size_t size, const rv
 RVDNAV_API int32_t rvdnav_context_isa(const rvdnav_context* context);
 
 /* ---- the frame ---- */
-/* One camera's view: every stage up to the lines.  No windows: acquisition, whose segments and bars stay in the context
- * for the rvdnav_join of the same frame. */
+/* One camera's view: every stage up to the lines.  At most RVDNAV_EDGES windows.  No windows: acquisition, whose segments
+ * and bars stay in the context for the rvdnav_join of the same frame. */
 RVDNAV_API rvdnav_status rvdnav_view(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                      const rvdnav_window* windows, uint32_t window_count, rvdnav_view_result* result);
 /* Both views of a frame together: bracket (when acquiring), lines, apexes, correlation, triangulation.  A view result
@@ -341,6 +341,7 @@ RVDNAV_API rvdnav_status rvdnav_hough_track(rvdnav_context* context, int32_t cam
 RVDNAV_API rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_t camera, const rvdnav_edgel* edgels,
                                                  uint32_t edgel_count, const rvdnav_peak* peaks, uint32_t peak_count,
                                                  rvdnav_segment* segments, uint32_t capacity, uint32_t* count);
+/* Needs a target: the width of its bars within the range gate is what pairs segments. */
 RVDNAV_API rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
                                           uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count);
 /* Profiles of at most half_width pixels to both sides, every step pixels along the edges; profiles without a usable step
@@ -349,10 +350,11 @@ RVDNAV_API rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t c
                                               const rvdnav_model_edge* edges, uint32_t edge_count, double half_width,
                                               double step, rvdnav_edge_sample* samples, uint32_t capacity,
                                               uint32_t* count);
-/* Matches left points (x, y of each element) along the rows of the right image. */
+/* Matches left points (x, y and bar of each element) along the rows of the right image, and triangulates what it accepts. */
 RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                                           rvdnav_match* matches, uint32_t match_count);
-/* Least squares of the paper's equations (1)-(3); left, right: count pairs of rectified x, y; p_W: count triples. */
+/* Least squares of the paper's equations (1)-(3); left, right: count pairs of rectified x, y; p_W: count triples, NaN where
+ * the rays are parallel. */
 RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right,
                                             uint32_t count, double* p_W);
 
