@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <Eigen/Geometry>
 
@@ -10,11 +11,12 @@ namespace {
 
 // Segments are gathered ever closer to the pose that the last ones gave.
 constexpr Tolerance kRounds[] = {{5.0, 0.12}, {3.0, 0.08}, {2.0, 0.06}, {1.5, 0.05}};
-constexpr Tolerance kSupportTolerance = {1.3, 0.06};
+// Support is counted at two tolerances, so that a pose that fits closely beats one that is merely near.
+constexpr Tolerance kSupportTolerances[] = {{1.3, 0.06}, {0.65, 0.04}};
 constexpr uint32_t kMinMatches = 6;     // edges with a line, over both views
 constexpr double kEdgeSupported = 0.4;  // covered part from which an edge counts as seen
 constexpr int32_t kMinEdges = 6;        // of the 8, in either view
-constexpr double kMinScore = 0.5;
+constexpr double kMinScore = 0.42;
 constexpr double kMinViewScore = 0.35;
 constexpr double kMaxRms = 1.2;           // pixels
 constexpr double kHopelessRms = 6.0;      // pixels
@@ -55,19 +57,22 @@ Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegmen
     n = drop_contradictions(matches, left_count, n);
     if (n < kMinMatches || !fit_pose_to_lines(rig, matches, n, 10, kHopelessRms, &c.pose, &rms)) return c;
   }
-  EdgeSupport support[2];
-  int32_t view_count = 0;
-  double worst = 1.0;
-  for (int32_t camera = 0; camera < 2; ++camera) {
-    if (!present[camera]) continue;
-    EdgeSupport& s = support[view_count++];
-    s = edge_support(rig, model, camera, views[camera], c.pose, kSupportTolerance);
-    worst = std::min(worst, combine(&s, 1).fraction);
-  }
-  const CombinedSupport both = combine(support, view_count);
   int32_t seen = 0;
-  for (double covered : both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
-  c.score = both.fraction;
+  double worst = 1.0;
+  for (const Tolerance& tolerance : kSupportTolerances) {
+    EdgeSupport support[2];
+    int32_t view_count = 0;
+    for (int32_t camera = 0; camera < 2; ++camera) {
+      if (!present[camera]) continue;
+      EdgeSupport& s = support[view_count++];
+      s = edge_support(rig, model, camera, views[camera], c.pose, tolerance);
+      if (&tolerance == kSupportTolerances) worst = std::min(worst, combine(&s, 1).fraction);
+    }
+    const CombinedSupport both = combine(support, view_count);
+    c.score += both.fraction / std::size(kSupportTolerances);
+    if (&tolerance != kSupportTolerances) continue;
+    for (double covered : both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
+  }
   c.usable = rms <= kMaxRms && seen >= kMinEdges && worst >= kMinViewScore && c.score >= kMinScore;
   return c;
 }

@@ -26,6 +26,15 @@ class ProposalList {
   ProposalList(Proposal* items, uint32_t capacity) : items_(items), capacity_(capacity) {}
 
   void add(const Proposal& proposal) {
+    for (uint32_t i = 0; i < count_; ++i) {
+      if (!nearly_equal(items_[i].pose, proposal.pose)) continue;
+      // Which of the two stays can change the order of the heap; with so few items it is made anew.
+      if (better(proposal, items_[i])) {
+        items_[i] = proposal;
+        std::make_heap(items_, items_ + count_, better);
+      }
+      return;
+    }
     if (count_ < capacity_) {
       items_[count_++] = proposal;
       std::push_heap(items_, items_ + count_, better);
@@ -45,6 +54,14 @@ class ProposalList {
  private:
   static bool better(const Proposal& a, const Proposal& b) {
     return a.support != b.support ? a.support > b.support : a.pose.p.z() < b.pose.p.z();
+  }
+
+  // Closer than the search over both views will pull them together.
+  static bool nearly_equal(const Pose& a, const Pose& b) {
+    constexpr double kSameDistance = 0.01;  // of the range
+    constexpr double kSameTurn = 0.03;      // Frobenius norm, about sqrt(2) times the angle
+    return (a.p - b.p).squaredNorm() < kSameDistance * kSameDistance * a.p.squaredNorm() &&
+           (a.R - b.R).squaredNorm() < kSameTurn * kSameTurn;
   }
 
   Proposal* items_;

@@ -23,7 +23,7 @@ rvdnav_status rvdnav_config_default(rvdnav_config* config) {
   c.max_edgels = 65536;
   c.max_peaks = 512;
   c.max_segments = 512;
-  c.max_bars = 1024;
+  c.max_bars = 256;
   c.max_hypotheses = 20000;
   c.match_half_window = 5;
   c.match_row_tolerance = 1;
