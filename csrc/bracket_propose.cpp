@@ -149,6 +149,17 @@ bool plausible(const ViewBars& view, const Reading& r, const BracketModel& model
   return true;
 }
 
+// The shortest turn that takes one unit vector to another one, not opposite to it (Rodrigues' formula; Eigen's own way
+// over a quaternion brings a singular value decomposition into the core).
+Eigen::Matrix3d turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d v = from.cross(to);
+  Eigen::Matrix3d K;
+  K << 0, -v.z(), v.y(),  //
+      v.z(), 0, -v.x(),   //
+      -v.y(), v.x(), 0;
+  return Eigen::Matrix3d::Identity() + K + K * K / (1.0 + from.dot(to));
+}
+
 Pose facing_pose(const RectRig& rig, int32_t camera, const BracketModel& model, int32_t k, const Reading& r,
                  double pixels_per_metre) {
   const Eigen::Vector3d along = (model.axis_end[k] - model.axis_start[k]).normalized();
@@ -168,8 +179,7 @@ Pose facing_pose(const RectRig& rig, int32_t camera, const BracketModel& model, 
   // Turn so that the face looks at the camera rather than along its axis.
   const Eigen::Vector2d middle = 0.5 * (r.start + r.end);
   const Eigen::Vector3d ray(middle.x() / rig.focal, middle.y() / rig.focal, 1.0);
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d turn = turn_between(Eigen::Vector3d::UnitZ(), ray.normalized());
   Pose pose;
   pose.R = turn * roll * facing;
   pose.p = rig.centre(camera) + ray * (rig.focal / pixels_per_metre) -
@@ -183,7 +193,7 @@ Pose mirrored(const RectRig& rig, int32_t camera, const Pose& pose, const Eigen:
   const Eigen::Vector3d sight = (centre - rig.centre(camera)).normalized();
   const Eigen::Vector3d normal = pose.R.col(0);
   const Eigen::Vector3d reflected = 2.0 * normal.dot(sight) * sight - normal;
-  const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(normal, reflected).toRotationMatrix();
+  const Eigen::Matrix3d turn = turn_between(normal, reflected);
   Pose out;
   out.R = turn * pose.R;
   out.p = centre - out.R * centre_C;

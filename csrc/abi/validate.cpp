@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include "abi/abi.hpp"
 #include "epipolar.hpp"
@@ -30,7 +29,8 @@ bool is_rotation(const double* row_major) {
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(row_major);
   if (!R.allFinite()) return false;
   const Eigen::Matrix3d off = R * R.transpose() - Eigen::Matrix3d::Identity();
-  return off.cwiseAbs().maxCoeff() <= kRotationTolerance && R.determinant() > 0.0;
+  const Vector3d x = R.row(0), y = R.row(1), z = R.row(2);
+  return off.cwiseAbs().maxCoeff() <= kRotationTolerance && x.cross(y).dot(z) > 0.0;
 }
 
 bool is_usable(const rvdnav_camera& camera) {

@@ -29,10 +29,11 @@ from rvdnav.target import Bracket
 _HALF_WIDTHS_PX = (3.5, 2.5, 2.5)
 # Weight from which a sample or a line counts as agreeing with the pose.
 _TRUSTED = 0.2
-# Where the step stands between the front and the back edge of a side face in sight, as a part of their distance: mean
-# and standard deviation.
-_SIDE_MEAN = 0.0
-_SIDE_SIGMA = 0.5
+# How far from the front edge the step may stand where a side face is in sight, as a part of its width in the image; a
+# side face brighter than the front draws the step beyond the back edge.
+_SIDE_SIGMA = 0.7
+# An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter.
+_UNEVEN_SIGMA = 0.5
 # What a line from Hough space alone is good for, and the least that a fitted one is taken to err, px.
 _PEAK_SIGMA_PX = 0.7
 _LINE_SIGMA_PX = 0.15
@@ -89,10 +90,10 @@ def measure(
             fits.camera,
             fits.edge,
             bracket.edge_points[fits.edge],
-            fits.rho - _SIDE_MEAN * separation,
+            fits.rho,
             fits.theta,
             fits.cov,
-            _SIDE_SIGMA * np.abs(separation),
+            np.hypot(_SIDE_SIGMA * separation, _UNEVEN_SIGMA * fits.rms),
         )
         pose = refine_pose_edges(T, lines, cameras)
         change = difference(pose.T_world_target, T)
