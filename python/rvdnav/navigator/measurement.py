@@ -11,6 +11,7 @@ from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.sampling import SampledEdges, sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import (
+    EdgeLines,
     LineMeasurements,
     PoseError,
     RectifiedCameras,
@@ -25,8 +26,11 @@ from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
 from rvdnav.target import Bracket
 
-# Half-widths of the profiles, round by round: each round measures where the last one has put the edges.
-_HALF_WIDTHS_PX = (3.5, 2.5, 2.5)
+# Half-width of the profiles at first, around the lines of Hough space, and then around the refined pose.  Each round
+# measures where the last one has put the edges, until that changes the pose by less than its standard deviation.
+_COARSE_HALF_WIDTH_PX = 3.5
+_HALF_WIDTH_PX = 2.5
+_MAX_ROUNDS = 5
 # Weight from which a sample or a line counts as agreeing with the pose.
 _TRUSTED = 0.2
 # How far from the front edge the step may stand where a side face is in sight, as a part of its width in the image; a
@@ -82,27 +86,40 @@ def measure(
     """
     cameras = rectified_cameras(rig)
     T = _coarse_pose(bracket, frame, cameras, prior)
-    for half_width in _HALF_WIDTHS_PX:
-        sampled = sample_edges(core, rig, images, T, bracket, half_width)
-        fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
-        separation = side_separation(cameras, T, bracket, fits.camera, fits.edge, fits.theta)
-        lines = LineMeasurements(
-            fits.camera,
-            fits.edge,
-            bracket.edge_points[fits.edge],
-            fits.rho,
-            fits.theta,
-            fits.cov,
-            np.hypot(_SIDE_SIGMA * separation, _UNEVEN_SIGMA * fits.rms),
-        )
+    _, _, lines = _measure_lines(core, rig, bracket, images, cameras, T, _COARSE_HALF_WIDTH_PX)
+    T = refine_pose_lines(T, lines, cameras).T_world_target
+    settled = False
+    for _ in range(_MAX_ROUNDS):
+        sampled, fits, lines = _measure_lines(core, rig, bracket, images, cameras, T, _HALF_WIDTH_PX)
         pose = refine_pose_edges(T, lines, cameras)
         change = difference(pose.T_world_target, T)
         T = pose.T_world_target
+        settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
+        if settled:
+            break
     trusted = np.zeros((len(images), len(bracket.edge_points)), np.bool_)
     trusted[lines.camera, lines.edge] = pose.weights > _TRUSTED
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
-    settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
     return Measurement(pose, lines, sampled, inlier, settled, frame)
+
+
+def _measure_lines(
+    core: Core,
+    rig: Rig,
+    bracket: Bracket,
+    images: tuple[NDArray[np.uint8] | None, ...],
+    cameras: RectifiedCameras,
+    T_world_target: FloatArray,
+    half_width: float,
+) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
+    """The edges measured where a pose puts them: samples, lines through them, and these as the refinement takes them."""
+    sampled = sample_edges(core, rig, images, T_world_target, bracket, half_width)
+    fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
+    separation = side_separation(cameras, T_world_target, bracket, fits.camera, fits.edge, fits.theta)
+    shift_sigma = np.hypot(_SIDE_SIGMA * separation, _UNEVEN_SIGMA * fits.rms)
+    endpoints = bracket.edge_points[fits.edge]
+    lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)
+    return sampled, fits, lines
 
 
 def _coarse_pose(bracket: Bracket, frame: FrameResult, cameras: RectifiedCameras, prior: FloatArray) -> FloatArray:

@@ -77,10 +77,9 @@ def _profiles_on_image(rig: Rig, camera: int, ends: FloatArray, step: float) -> 
     """How many profiles along each edge (m, 2, 2) have their middle on the image."""
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     count = np.maximum((length / step).astype(np.int64), 1)
-    on_image = np.zeros(len(ends), np.int64)
-    for edge, n in enumerate(count):
-        fraction = (np.arange(n) + 0.5) / n
-        uv = rig.rect_to_raw(camera, ends[edge, 0] + fraction[:, None] * (ends[edge, 1] - ends[edge, 0]))
-        inside = (uv > 0.0).all(axis=1) & (uv < np.array([rig.width - 1, rig.height - 1])).all(axis=1)
-        on_image[edge] = int(inside.sum())
-    return on_image
+    edge = np.repeat(np.arange(len(ends)), count)
+    number = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    fraction = (number + 0.5) / count[edge]
+    uv = rig.rect_to_raw(camera, ends[edge, 0] + fraction[:, None] * (ends[edge, 1] - ends[edge, 0]))
+    inside = (uv > 0.0).all(axis=1) & (uv < np.array([rig.width - 1, rig.height - 1])).all(axis=1)
+    return np.bincount(edge, inside, minlength=len(ends)).astype(np.int64)
