@@ -112,7 +112,7 @@ def _measure_lines(
     T_world_target: FloatArray,
     half_width: float,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
-    """The edges measured where a pose puts them: samples, lines through them, and these as the refinement takes them."""
+    """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
     sampled = sample_edges(core, rig, images, T_world_target, bracket, half_width)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
     separation = side_separation(cameras, T_world_target, bracket, fits.camera, fits.edge, fits.theta)
