@@ -7,6 +7,7 @@ import numpy as np
 from rvdnav.navigator.measurement import Measurement, disparity_errors
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
+from rvdnav.pose.arrays import BoolArray, IntArray
 from rvdnav.rig import Rig
 from rvdnav.solution import Reason
 from rvdnav.target import Bracket
@@ -25,8 +26,9 @@ def failed_gates(
     """What speaks against publishing the measurement by itself; empty if nothing does."""
     reasons = set()
     pose = measurement.pose
-    shown = (measurement.coverage >= settings.edge_coverage).sum(axis=1)
-    if shown.min() < settings.min_edges or measurement.total_coverage < settings.min_coverage:
+    shown = measurement.coverage >= settings.edge_coverage
+    few = shown.sum(axis=1).min() < settings.min_edges or measurement.total_coverage < settings.min_coverage
+    if few or not _every_bar_shown(shown, measurement.sampled.attempted, settings.min_bar_edges):
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
@@ -43,6 +45,15 @@ def failed_gates(
     if sigma_position > settings.max_position_sigma or sigma_attitude > settings.max_attitude_sigma * (1.0 + distance):
         reasons.add(Reason.COVARIANCE)
     return frozenset(reasons)
+
+
+def _every_bar_shown(shown: BoolArray, attempted: IntArray, least: int) -> bool:
+    """Whether each bar is shown by enough of its two edges in the views that should see them; shown and attempted
+    (cameras, edges).  Without a bar the target's size in one direction goes unchecked, and a wrong one passes for a tilt.
+    """
+    expected = (attempted > 0).reshape(len(attempted), -1, 2).sum(axis=(0, 2))
+    found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))
+    return bool((found >= np.minimum(expected, least)).all())
 
 
 def weighted_rms(measurement: Measurement) -> float:

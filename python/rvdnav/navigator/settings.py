@@ -16,6 +16,8 @@ class NavigatorSettings:
 
     min_edges: int = attrs.field(default=5)
     """Edges of the target that each view must show."""
+    min_bar_edges: int = attrs.field(default=2)
+    """Edges that each bar must show over the views together, of the up to four that lie on the images."""
     edge_coverage: float = 0.35
     """Part of an edge's length that must agree with the pose for it to count as shown."""
     min_coverage: float = 0.5

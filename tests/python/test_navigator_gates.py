@@ -1,0 +1,151 @@
+"""Every gate, provoked by itself on a measurement that is otherwise good."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+import pytest
+from drawn_scene import bracket_target, draw_frame, example_rig, pose
+from rvdnav.core import Core
+from rvdnav.navigator.gates import failed_gates, plausible_motion
+from rvdnav.navigator.measurement import Measurement, disparity_errors, measure
+from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.pose import PredictedPose, perturb
+from rvdnav.solution import Reason
+
+RIG, TARGET = example_rig(), bracket_target()
+TRUE = pose(0.9, 0.01, 0.06, 2.0, 3.0, -2.0)
+GATE = (0.25, 1.7)
+SETTINGS = NavigatorSettings()
+
+
+@pytest.fixture(scope="module")
+def good() -> Measurement:
+    frame = draw_frame(RIG, TARGET, TRUE)
+    images = (frame.left.pixels, frame.right.pixels)
+    core = Core(RIG, TARGET)
+    found = core.process(*images)
+    return measure(core, RIG, TARGET.bracket, found, images, found.bracket.T_world_target)
+
+
+def reasons(measurement: Measurement, settings: NavigatorSettings = SETTINGS) -> frozenset[Reason]:
+    return failed_gates(measurement, TARGET.bracket, RIG, settings, GATE)
+
+
+def hide(measurement: Measurement, camera: int, edges: list[int]) -> Measurement:
+    """The measurement with some edges' samples in a view declared outliers."""
+    hidden = (measurement.sampled.camera == camera) & np.isin(measurement.sampled.edge, edges)
+    return attrs.evolve(measurement, inlier=measurement.inlier & ~hidden)
+
+
+def with_pose(measurement: Measurement, **changes: object) -> Measurement:
+    return attrs.evolve(measurement, pose=attrs.evolve(measurement.pose, **changes))
+
+
+def test_a_good_measurement_passes(good: Measurement) -> None:
+    assert reasons(good) == frozenset()
+    assert good.total_coverage > 0.9
+
+
+def test_one_view_that_shows_too_little(good: Measurement) -> None:
+    three_hidden = hide(good, 1, [1, 5, 7])
+    assert reasons(three_hidden) == frozenset()
+    four_hidden = hide(three_hidden, 1, [3])
+    assert reasons(four_hidden) == {Reason.TOO_FEW_LINES}
+
+
+def test_a_bar_that_no_view_shows(good: Measurement) -> None:
+    """Without l2 a bracket of another height would fit as well, tilted."""
+    without_l2 = hide(hide(good, 0, [2, 3]), 1, [2, 3])
+    assert reasons(without_l2) == {Reason.TOO_FEW_LINES}
+    inner_edges_alone = hide(hide(good, 0, [2]), 1, [2])
+    assert reasons(inner_edges_alone) == frozenset()
+
+
+def test_a_bar_beyond_the_images_is_not_asked_for(good: Measurement) -> None:
+    attempted = good.sampled.attempted.copy()
+    attempted[:, [2, 3]] = 0
+    without_l2 = hide(hide(good, 0, [2, 3]), 1, [2, 3])
+    assert reasons(attrs.evolve(without_l2, sampled=attrs.evolve(good.sampled, attempted=attempted))) == frozenset()
+
+
+def test_too_small_a_part_of_all_edges(good: Measurement) -> None:
+    """Each edge shown just enough to count, all of them together too little."""
+    keep = np.zeros(len(good.inlier), bool)
+    for camera in (0, 1):
+        for edge in range(8):
+            own = np.flatnonzero((good.sampled.camera == camera) & (good.sampled.edge == edge) & good.inlier)
+            keep[own[: int(np.ceil(0.4 * good.sampled.attempted[camera, edge]))]] = True
+    assert reasons(attrs.evolve(good, inlier=keep)) == {Reason.TOO_FEW_LINES}
+
+
+def test_a_pose_that_still_moves(good: Measurement) -> None:
+    assert reasons(attrs.evolve(good, settled=False)) == {Reason.NOT_CONVERGED}
+
+
+def test_residuals(good: Measurement) -> None:
+    worse = np.full_like(good.pose.residuals, 1.01 * SETTINGS.max_rms_px)
+    lines = attrs.evolve(good.lines, shift_sigma=np.zeros(len(good.lines)))
+    assert reasons(with_pose(attrs.evolve(good, lines=lines), residuals=worse)) == {Reason.RESIDUALS}
+    assert reasons(with_pose(attrs.evolve(good, lines=lines), residuals=0.98 * worse)) == frozenset()
+
+
+def test_covariance(good: Measurement) -> None:
+    vague_position, vague_attitude = good.pose.covariance.copy(), good.pose.covariance.copy()
+    vague_position[0, 0] = (1.1 * SETTINGS.max_position_sigma) ** 2
+    assert reasons(with_pose(good, covariance=vague_position)) == {Reason.COVARIANCE}
+    distance = np.linalg.norm(good.pose.T_world_target[:3, 3])
+    vague_attitude[4, 4] = (1.1 * SETTINGS.max_attitude_sigma * (1 + distance)) ** 2
+    assert reasons(with_pose(good, covariance=vague_attitude)) == {Reason.COVARIANCE}
+
+
+@pytest.mark.parametrize("gate", [(0.25, 0.85), (0.95, 1.7)])
+def test_range_gate(good: Measurement, gate: tuple[float, float]) -> None:
+    assert failed_gates(good, TARGET.bracket, RIG, SETTINGS, gate) == {Reason.RANGE_GATE}
+
+
+def moved_matches(measurement: Measurement, pixels: float) -> Measurement:
+    matches = measurement.frame.matches.copy()
+    matches["disparity"] += pixels
+    return attrs.evolve(measurement, frame=attrs.evolve(measurement.frame, matches=matches))
+
+
+def test_views_that_contradict_each_other(good: Measurement) -> None:
+    assert (good.frame.matches["accepted"] != 0).sum() >= 3
+    assert reasons(moved_matches(good, 0.8 * SETTINGS.max_disparity_px)) == frozenset()
+    for sign in (1, -1):
+        assert reasons(moved_matches(good, sign * 1.3 * SETTINGS.max_disparity_px)) == {Reason.CROSS_VIEW}
+
+
+def test_disparities_of_correlated_points_are_held_against_the_true_face(good: Measurement) -> None:
+    """Each accepted point triangulated by hand lies on the drawn front face."""
+    errors = disparity_errors(good, TARGET.bracket, RIG)
+    matches = good.frame.matches[good.frame.matches["accepted"] != 0]
+    assert len(errors) == len(matches)
+    depth = RIG.focal_rect * RIG.baseline / matches["disparity"]
+    rays = np.column_stack([matches["x"], matches["y"], np.full(len(matches), RIG.focal_rect)]) / RIG.focal_rect
+    points_W = (rays * depth[:, None]) @ RIG.R_world_rect.T + RIG.T_world_cam[0][:3, 3]
+    off_face = ((points_W - TRUE[:3, 3]) @ TRUE[:3, :3])[:, 0]
+    # Nearer to the cameras (negative x_C) means a larger disparity.
+    slope = RIG.focal_rect * RIG.baseline / depth**2
+    np.testing.assert_allclose(errors, -off_face * slope, atol=0.1 + 0.02 * np.abs(errors).max())
+    assert abs(float(np.median(errors))) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("position_m", "turn_deg", "seconds", "expected"),
+    [
+        (0.005, 0.0, 1e-9, True),  # 5 sigma
+        (0.007, 0.0, 1e-9, False),  # 7 sigma, and no time to get there
+        (0.10, 0.0, 0.125, True),  # 0.8 m/s
+        (0.13, 0.0, 0.125, False),  # 1.04 m/s
+        (0.0, 7.0, 0.125, True),  # 56 degrees a second
+        (0.0, 8.0, 0.125, False),  # 64
+        (0.05, 8.0, 0.125, False),
+    ],
+)
+def test_motion(good: Measurement, position_m: float, turn_deg: float, seconds: float, expected: bool) -> None:
+    prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
+    change = np.array([position_m, 0.0, 0.0, 0.0, np.radians(turn_deg), 0.0])
+    moved = with_pose(good, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
+    assert plausible_motion(moved, prediction, seconds, SETTINGS) is expected
