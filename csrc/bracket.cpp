@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include <Eigen/Geometry>
 
@@ -12,7 +11,8 @@ namespace {
 // Segments are gathered ever closer to the pose that the last ones gave.
 constexpr Tolerance kRounds[] = {{5.0, 0.12}, {3.0, 0.08}, {2.0, 0.06}, {1.5, 0.05}};
 // Support is counted at two tolerances, so that a pose that fits closely beats one that is merely near.
-constexpr Tolerance kSupportTolerances[] = {{1.3, 0.06}, {0.65, 0.04}};
+constexpr Tolerance kNear = {1.3, 0.06};
+constexpr Tolerance kClose = {0.65, 0.04};
 constexpr uint32_t kMinMatches = 6;     // edges with a line, over both views
 constexpr double kEdgeSupported = 0.4;  // covered part from which an edge counts as seen
 constexpr int32_t kMinEdges = 6;        // of the 8, in either view
@@ -42,6 +42,24 @@ uint32_t drop_contradictions(LineMatch* matches, uint32_t left_count, uint32_t c
       std::remove_if(matches, matches + count, [](const LineMatch& m) { return m.weight <= 0.0; }) - matches);
 }
 
+struct ViewsSupport {
+  CombinedSupport both;
+  double least;  // fraction in the view that shows the least
+};
+
+ViewsSupport support_of(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
+                        const bool present[2], const Pose& pose, const Tolerance& tolerance) {
+  EdgeSupport support[2];
+  int32_t count = 0;
+  double least = 1.0;
+  for (int32_t camera = 0; camera < 2; ++camera) {
+    if (!present[camera]) continue;
+    support[count] = edge_support(rig, model, camera, views[camera], pose, tolerance);
+    least = std::min(least, combine(&support[count++], 1).fraction);
+  }
+  return {combine(support, count), least};
+}
+
 Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
                  const Proposal& proposal) {
   Candidate c = {proposal.pose, 0.0, false};
@@ -57,23 +75,12 @@ Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegmen
     n = drop_contradictions(matches, left_count, n);
     if (n < kMinMatches || !fit_pose_to_lines(rig, matches, n, 10, kHopelessRms, &c.pose, &rms)) return c;
   }
+  const ViewsSupport near = support_of(rig, model, views, present, c.pose, kNear);
+  const ViewsSupport close = support_of(rig, model, views, present, c.pose, kClose);
   int32_t seen = 0;
-  double worst = 1.0;
-  for (const Tolerance& tolerance : kSupportTolerances) {
-    EdgeSupport support[2];
-    int32_t view_count = 0;
-    for (int32_t camera = 0; camera < 2; ++camera) {
-      if (!present[camera]) continue;
-      EdgeSupport& s = support[view_count++];
-      s = edge_support(rig, model, camera, views[camera], c.pose, tolerance);
-      if (&tolerance == kSupportTolerances) worst = std::min(worst, combine(&s, 1).fraction);
-    }
-    const CombinedSupport both = combine(support, view_count);
-    c.score += both.fraction / std::size(kSupportTolerances);
-    if (&tolerance != kSupportTolerances) continue;
-    for (double covered : both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
-  }
-  c.usable = rms <= kMaxRms && seen >= kMinEdges && worst >= kMinViewScore && c.score >= kMinScore;
+  for (double covered : near.both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
+  c.score = 0.5 * (near.both.fraction + close.both.fraction);
+  c.usable = rms <= kMaxRms && seen >= kMinEdges && near.least >= kMinViewScore && c.score >= kMinScore;
   return c;
 }
 
