@@ -7,6 +7,7 @@ scanlines make a pixel.  Then come the blur of the lens and seeded noise.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import attrs
@@ -71,11 +72,12 @@ def bracket_target(
     def inner_half(z: float) -> float:
         return a - slope * z - width * float(np.hypot(1.0, slope))
 
-    low, high = inner_half(width), inner_half(height - width)
-    points = {
-        "P1": [0, -a, 0], "P2": [0, a, 0], "P3": [0, b, height], "P4": [0, -b, height],
-        "Q1": [0, -low, width], "Q2": [0, low, width], "Q3": [0, high, height - width], "Q4": [0, -high, height - width],
-    }  # fmt: skip
+    outer = [(a, 0.0), (b, height)]
+    inner = [(inner_half(z), z) for z in (width, height - width)]
+    points = {}
+    for kind, ((low, z_low), (high, z_high)) in (("P", outer), ("Q", inner)):
+        corners = [(-low, z_low), (low, z_low), (high, z_high), (-high, z_high)]
+        points.update({f"{kind}{i}": [0.0, *corner] for i, corner in enumerate(corners, start=1)})
     lines = {"l1": ("P1", "P2"), "l2": ("P3", "P4"), "l3": ("P2", "P3"), "l4": ("P4", "P1")}
     bars = [Bar(name, outer, (outer[0].replace("P", "Q"), outer[1].replace("P", "Q"))) for name, outer in lines.items()]
     return Target("drawn", points, lines, bars, thickness)
@@ -161,8 +163,8 @@ def _clutter(bracket: Bracket) -> Iterator[tuple[np.ndarray, float]]:
     yield rectangle(0.01, (-1.6 * a, 1.6 * a), (1.12 * h, 2.7 * h)), 95.0
     cells = np.linspace(-1.55 * a, 1.55 * a, 8)
     columns = np.linspace(1.16 * h, 2.65 * h, 6)
-    for y0, y1 in zip(cells[:-1], cells[1:], strict=True):
-        for z0, z1 in zip(columns[:-1], columns[1:], strict=True):
+    for y0, y1 in pairwise(cells):
+        for z0, z1 in pairwise(columns):
             yield rectangle(0.01, (y0 + 0.004, y1 - 0.004), (z0 + 0.004, z1 - 0.004)), 45.0
     yield rectangle(0.012, (-2.2 * a, 2.2 * a), (-3.0 * h, -0.12 * h)), 60.0
     facets = np.random.default_rng(7)

@@ -49,7 +49,7 @@ def failed_gates(
 
 def _every_bar_shown(shown: BoolArray, attempted: IntArray, least: int) -> bool:
     """Whether each bar is shown by enough of its two edges in the views that should see them; shown and attempted
-    (cameras, edges).  Without a bar the target's size in one direction goes unchecked, and a wrong one passes for a tilt.
+    (cameras, edges).  Without a bar the target's size in one direction goes unchecked: a wrong one passes for a tilt.
     """
     expected = (attempted > 0).reshape(len(attempted), -1, 2).sum(axis=(0, 2))
     found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))

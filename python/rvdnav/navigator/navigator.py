@@ -148,7 +148,7 @@ class Navigator:
         bracket = frame.bracket
         if bracket is None or not bracket.found:
             _add_times(times, frame)
-            reasons = {reason for view, reason in zip(frame.views, _UNUSABLE, strict=True) if _unusable(view)}
+            reasons = _unusable_views(frame)
             if not reasons:
                 reasons.add(Reason.AMBIGUOUS if bracket is not None and bracket.ambiguous else Reason.NO_TARGET)
             if frame.limits:
@@ -180,6 +180,8 @@ class Navigator:
         seconds = (timestamp_ns - self._last_pose_ns) * 1e-9
         if prediction is not None and not plausible_motion(measurement, prediction, seconds, self._settings):
             reasons |= {Reason.MOTION}
+        if reasons:  # the likely cause, where there is one
+            reasons |= _unusable_views(frame)
         return _Attempt(measurement, reasons)
 
     def _update_filter(self, timestamp_ns: int, measurement: Measurement) -> None:
@@ -227,6 +229,10 @@ def line_residuals(measurement: Measurement) -> tuple[LineResidual, ...]:
             rms, mean = float(np.sqrt(np.mean(ends**2))), float(np.mean(ends))
             residuals.append(LineResidual(camera, name, samples > 0, samples, rms, mean))
     return tuple(residuals)
+
+
+def _unusable_views(frame: FrameResult) -> set[Reason]:
+    return {reason for view, reason in zip(frame.views, _UNUSABLE, strict=True) if _unusable(view)}
 
 
 def _unusable(view: Any) -> bool:
