@@ -117,6 +117,14 @@ def test_views_that_contradict_each_other(good: Measurement) -> None:
         assert reasons(moved_matches(good, sign * 1.3 * SETTINGS.max_disparity_px)) == {Reason.CROSS_VIEW}
 
 
+def test_a_minority_of_points_matched_elsewhere_is_no_contradiction(good: Measurement) -> None:
+    accepted = np.flatnonzero(good.frame.matches["accepted"] != 0)
+    for astray, expected in ((len(accepted) // 2, set()), (len(accepted) // 2 + 1, {Reason.CROSS_VIEW})):
+        moved = moved_matches(good, 0.0)
+        moved.frame.matches["disparity"][accepted[:astray]] += 114.0
+        assert reasons(moved) == expected
+
+
 def test_disparities_of_correlated_points_are_held_against_the_true_face(good: Measurement) -> None:
     """Each accepted point triangulated by hand lies on the drawn front face."""
     errors = disparity_errors(good, TARGET.bracket, RIG)

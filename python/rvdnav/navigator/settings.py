@@ -25,7 +25,7 @@ class NavigatorSettings:
     max_rms_px: float = 0.8
     """Weighted RMS of the edge samples against the pose, pixels."""
     max_disparity_px: float = 1.5
-    """Median disagreement of the correlated points' disparities with the pose, pixels."""
+    """Disagreement with the pose, pixels, that most of the correlated points' disparities must not exceed."""
     max_position_sigma: float = 0.006
     """Largest standard deviation of the position along any direction, metres."""
     max_attitude_sigma: float = math.radians(0.65)
