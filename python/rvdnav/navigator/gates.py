@@ -28,7 +28,9 @@ def failed_gates(
     pose = measurement.pose
     shown = measurement.coverage >= settings.edge_coverage
     few = shown.sum(axis=1).min() < settings.min_edges or measurement.total_coverage < settings.min_coverage
-    if few or not _every_bar_shown(shown, measurement.sampled.attempted, settings.min_bar_edges):
+    acquired = measurement.frame.bracket is not None
+    least = settings.acquired_bar_edges if acquired else settings.min_bar_edges
+    if few or not _every_bar_shown(shown, measurement.sampled.attempted, least):
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)

@@ -18,6 +18,8 @@ class NavigatorSettings:
     """Edges of the target that each view must show."""
     min_bar_edges: int = attrs.field(default=2)
     """Edges that each bar must show over the views together, of the up to four that lie on the images."""
+    acquired_bar_edges: int = attrs.field(default=3)
+    """The same for a target found without a prediction, which nothing else vouches for."""
     edge_coverage: float = 0.35
     """Part of an edge's length that must agree with the pose for it to count as shown."""
     min_coverage: float = 0.5
