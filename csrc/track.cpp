@@ -47,6 +47,8 @@ struct Window {
   int32_t shear;     // cells a row
   int32_t shear_q8;  // the same, finer
   int32_t least;     // smoothed votes of a peak
+  int32_t polarity;  // 0: of either
+  int32_t level;     // gradient direction that belongs to the polarity, 256 to the turn
 };
 
 Window whole_window(const rvdnav_window& w) {
@@ -66,6 +68,9 @@ Window whole_window(const rvdnav_window& w) {
   const double shear = clamp((t_min + t_max) / 2.0 / kDegrees, -kTrackMaxShear, kTrackMaxShear);
   whole.shear = round_half_away(shear);
   whole.shear_q8 = round_half_away(shear * 256.0);
+  whole.polarity = w.polarity;
+  whole.level =
+      round_half_away(clamp(w.theta * kDegrees, -360.0, 360.0) * (256.0 / 360.0)) + (w.polarity < 0 ? 128 : 0);
   const int32_t quarter = round_half_away((t_max - t_min) * 0.25);
   whole.least = kVoteUnit * (quarter > kLeastVotes ? quarter : kLeastVotes);
   return whole;
@@ -92,6 +97,8 @@ class Neighbourhood {
       const rvdnav_edgel& e = edgels[i];
       const int32_t t = e.y_q5 * middle.c - e.x_q5 * middle.s;
       if (t < window_.t_q19.first || t > window_.t_q19.last) continue;
+      // Half a turn around the wanted direction; the spread below narrows it.
+      if (window_.polarity != 0 && ((e.direction - window_.level + 64) & 255) > 128) continue;
       const int32_t own = nearest_turn(((e.direction & 127) * 45 + 8) / 16 - 2 * kThetaFirst);
       const int32_t from = own - 2 * spread > first_row_ ? own - 2 * spread : first_row_;
       const int32_t to = own + 2 * spread < last_row_ ? own + 2 * spread : last_row_;

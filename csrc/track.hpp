@@ -23,7 +23,8 @@ struct TrackScratch {
 };
 
 // The highest peak whose rho and theta lie inside each window, among the edgels beside the expected extent [t_min,
-// t_max] (and 10 % of its length + 4 pixels more at both ends) and within spread degrees of their gradient.  Votes:
+// t_max] (and 10 % of its length + 4 pixels more at both ends), of the window's polarity, and within spread degrees of
+// their gradient.  Votes:
 // edgels weighted by a triangle of 1.5 pixels to both sides.  A peak with fewer than max(6, a quarter of the length) or
 // a mere flank of one outside is none: its votes are 0 and it stands in the window's middle.
 void hough_track(const rvdnav_edgel* edgels, uint32_t n, int32_t spread, const rvdnav_window* windows,

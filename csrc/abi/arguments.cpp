@@ -46,7 +46,7 @@ rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count) {
   constexpr double kFar = 1e4;  // pixels; beyond every image
   for (uint32_t i = 0; i < count; ++i) {
     const rvdnav_window& w = windows[i];
-    const bool edge = w.edge >= 0 && w.edge < RVDNAV_EDGES;
+    const bool edge = w.edge >= 0 && w.edge < RVDNAV_EDGES && w.polarity >= -1 && w.polarity <= 1;
     // Written so that a NaN fails.
     const bool line = std::abs(w.rho) <= kFar && std::abs(w.theta) <= kFar;
     const bool size = w.half_rho >= 0.0 && w.half_rho <= kFar && w.half_theta >= 0.0 && w.half_theta <= kFar;

@@ -201,7 +201,7 @@ typedef struct rvdnav_bar {
 /* Where one of the bracket's edges is expected in Hough space (a prior for tracking). */
 typedef struct rvdnav_window {
   int32_t edge;          /* 0 .. RVDNAV_EDGES-1 */
-  int32_t reserved;
+  int32_t polarity;      /* +1: brighter towards growing rho, -1: darker, 0: either */
   double rho, theta;
   double half_rho, half_theta;
   double t_min, t_max;   /* the edge's extent along the line */

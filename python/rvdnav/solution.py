@@ -46,6 +46,7 @@ class Reason(enum.Enum):
     AMBIGUOUS = "two different poses explain the images about equally well"
     TOO_FEW_LINES = "too few edges of the target were measured"
     RESIDUALS = "the measured edges do not fit the model"
+    DISPLACED = "edges of the bars were taken for their neighbours"
     CROSS_VIEW = "the two views contradict each other"
     COVARIANCE = "the geometry leaves the pose too uncertain"
     RANGE_GATE = "the range lies outside the gate"

@@ -36,6 +36,8 @@ def failed_gates(
         reasons.add(Reason.NOT_CONVERGED)
     if weighted_rms(measurement) > settings.max_rms_px:
         reasons.add(Reason.RESIDUALS)
+    if displaced_bars(shown, measurement.polarity) >= settings.min_displaced_bars:
+        reasons.add(Reason.DISPLACED)
     errors = disparity_errors(measurement, bracket, rig)
     # Of faces without texture a few points are matched to something else: only most of them together contradict.
     astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
@@ -58,6 +60,24 @@ def _every_bar_shown(shown: BoolArray, attempted: IntArray, least: int) -> bool:
     expected = (attempted > 0).reshape(len(attempted), -1, 2).sum(axis=(0, 2))
     found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))
     return bool((found >= np.minimum(expected, least)).all())
+
+
+def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
+    """How many bars in how many views look as if they were measured one bar's width beside themselves.
+
+    shown (cameras, edges): edges that agree with the pose; polarity (cameras, edges): +1 brighter towards the inside of
+    the frame.  A pose that lies a bar's width off finds the outer edge of a bar where its inner one is, or the other way
+    round: that edge's light side is on the wrong side, and the bar's other edge finds nothing.
+    """
+    lighter = polarity.reshape(len(polarity), -1, 2) * np.array(
+        [1, -1]
+    )  # +1: the bar is lighter than what is beside it
+    seen = shown.reshape(lighter.shape)
+    both = seen.all(axis=2)
+    usual = np.sign(lighter[both].sum())
+    alone = seen.sum(axis=2) == 1
+    light = np.where(seen, lighter, 0).sum(axis=2)
+    return int(np.count_nonzero(alone & (light == -usual) & (usual != 0)))
 
 
 def weighted_rms(measurement: Measurement) -> float:

@@ -22,7 +22,7 @@ from rvdnav.pose import (
     refine_pose_edges,
     refine_pose_lines,
 )
-from rvdnav.pose.arrays import BoolArray, FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig
 from rvdnav.target import Bracket
 
@@ -36,6 +36,8 @@ _TRUSTED = 0.2
 # How far from the front edge the step may stand where a side face is in sight, as a part of its width in the image; a
 # side face brighter than the front draws the step beyond the back edge.
 _SIDE_SIGMA = 0.7
+# Part of an edge's samples that must agree in excess for it to have one polarity.
+_SAME_POLARITY = 0.6
 # An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter.
 _UNEVEN_SIGMA = 0.5
 # What a line from Hough space alone is good for, and the least that a fitted one is taken to err, px.
@@ -66,6 +68,18 @@ class Measurement:
         return part
 
     @property
+    def polarity(self) -> IntArray:
+        """(cameras, edges) +1 where the agreeing samples are brighter towards the normal (-dy, dx) of the edge's
+        projection, -1 where darker, 0 where there are none or they differ."""
+        sampled = self.sampled
+        total = np.zeros(sampled.attempted.shape)
+        count = np.zeros(sampled.attempted.shape)
+        chosen = (sampled.camera[self.inlier], sampled.edge[self.inlier])
+        np.add.at(total, chosen, sampled.polarity[self.inlier])
+        np.add.at(count, chosen, 1)
+        return np.where(np.abs(total) > _SAME_POLARITY * count, np.sign(total), 0.0).astype(np.int64)
+
+    @property
     def total_coverage(self) -> float:
         """Part of all profiles on the images that agree with the pose."""
         return float(self.inlier.sum() / max(int(self.sampled.attempted.sum()), 1))
@@ -78,19 +92,23 @@ def measure(
     frame: FrameResult,
     images: tuple[NDArray[np.uint8] | None, ...],
     prior: FloatArray,
+    polarity: IntArray,
 ) -> Measurement:
     """The pose that this frame's lines and grey values give.
 
     prior (4, 4): the acquired or the predicted pose, the start where fewer than four apexes are measured in space.
+    polarity (cameras, edges): of the edges as last seen, 0 where unknown; only the first round holds to it, so that it
+    can change with the light.
     Raises PoseError where the measured geometry does not determine a pose.
     """
     cameras = rectified_cameras(rig)
     T = _coarse_pose(bracket, frame, cameras, prior)
-    _, _, lines = _measure_lines(core, rig, bracket, images, cameras, T, _COARSE_HALF_WIDTH_PX)
+    _, _, lines = _measure_lines(core, rig, bracket, images, cameras, T, _COARSE_HALF_WIDTH_PX, polarity)
     T = refine_pose_lines(T, lines, cameras).T_world_target
+    either = np.zeros_like(polarity)
     settled = False
     for _ in range(_MAX_ROUNDS):
-        sampled, fits, lines = _measure_lines(core, rig, bracket, images, cameras, T, _HALF_WIDTH_PX)
+        sampled, fits, lines = _measure_lines(core, rig, bracket, images, cameras, T, _HALF_WIDTH_PX, either)
         pose = refine_pose_edges(T, lines, cameras)
         change = difference(pose.T_world_target, T)
         T = pose.T_world_target
@@ -111,9 +129,10 @@ def _measure_lines(
     cameras: RectifiedCameras,
     T_world_target: FloatArray,
     half_width: float,
+    polarity: IntArray,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
-    sampled = sample_edges(core, rig, images, T_world_target, bracket, half_width)
+    sampled = sample_edges(core, rig, images, T_world_target, bracket, half_width, polarity)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
     separation = side_separation(cameras, T_world_target, bracket, fits.camera, fits.edge, fits.theta)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, _UNEVEN_SIGMA * fits.rms)

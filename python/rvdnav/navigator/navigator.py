@@ -65,6 +65,7 @@ class Navigator:
         self._state = State.SEARCHING
         self._last_frame_ns: int | None = None
         self._last_pose_ns = 0
+        self._polarity = self._unknown_polarity()
 
     def process(self, frame: Frame) -> Solution:
         """The solution of the next frame.  Raises CoreError if the core refuses the frame's images."""
@@ -95,6 +96,7 @@ class Navigator:
         pose = attempt.measurement.pose
         self._update_filter(timestamp_ns, attempt.measurement)
         self._last_pose_ns = timestamp_ns
+        self._polarity = attempt.measurement.polarity
         self._state = next_state(self._state, measured=True, coast_expired=False)
         times[TOTAL] = time.perf_counter() - start
         return Solution(
@@ -111,6 +113,9 @@ class Navigator:
             stage_times=times,
         )
 
+    def _unknown_polarity(self) -> NDArray[np.int64]:
+        return np.zeros((len(self._rig.cameras), len(EDGE_NAMES)), np.int64)
+
     def _prediction(self, timestamp_ns: int) -> PredictedPose | None:
         if self._state not in (State.TRACKING, State.COASTING):
             return None
@@ -126,7 +131,9 @@ class Navigator:
         """The edges sought where they are expected; None where that says too little."""
         try:
             windows = [
-                predicted_windows(prediction, self._bracket.edge_points, self._cameras, camera, self._settings)
+                predicted_windows(
+                    prediction, self._bracket.edge_points, self._cameras, camera, self._polarity[camera], self._settings
+                )
                 for camera in range(len(images))
             ]
         except PoseError:  # predicted out of the cameras' sight
@@ -134,7 +141,7 @@ class Navigator:
         if windows[0] is None or windows[1] is None:
             return None
         frame = self._core.process(images[0], images[1], windows[0], windows[1])
-        return self._refine(timestamp_ns, images, frame, prediction.T_world_target, prediction, times)
+        return self._refine(timestamp_ns, images, frame, prediction.T_world_target, self._polarity, prediction, times)
 
     def _acquire(
         self,
@@ -154,7 +161,8 @@ class Navigator:
             if frame.limits:
                 reasons.add(Reason.LIMIT)
             return _Attempt(None, frozenset(reasons))
-        return self._refine(timestamp_ns, images, frame, bracket.T_world_target, prediction, times)
+        unknown = self._unknown_polarity()
+        return self._refine(timestamp_ns, images, frame, bracket.T_world_target, unknown, prediction, times)
 
     def _refine(
         self,
@@ -162,13 +170,14 @@ class Navigator:
         images: tuple[NDArray[np.uint8] | None, ...],
         frame: FrameResult,
         prior: NDArray[np.float64],
+        polarity: NDArray[np.int64],
         prediction: PredictedPose | None,
         times: dict[str, float],
     ) -> _Attempt:
         _add_times(times, frame)
         start = time.perf_counter()
         try:
-            measurement = measure(self._core, self._rig, self._bracket, frame, images, prior)
+            measurement = measure(self._core, self._rig, self._bracket, frame, images, prior, polarity)
         except PoseError:
             return _Attempt(None, frozenset({Reason.DEGENERATE}))
         finally:

@@ -22,7 +22,8 @@ class SampledEdges:
     """Profiles across the edges of all views in which a step was found; arrays of one length n.
 
     camera, edge (n,).  q (n, 2): where the step was found, rectified px.  n (n, 2): unit normal, to the same side all
-    along an edge.  sigma (n,): px, from the profile's own noise.  attempted (cameras, edges): profiles on the image.
+    along an edge.  sigma (n,): px, from the profile's own noise.  polarity (n,): +1 brighter towards the normal, -1
+    darker.  attempted (cameras, edges): profiles on the image.
     """
 
     camera: IntArray
@@ -30,6 +31,7 @@ class SampledEdges:
     q: FloatArray
     n: FloatArray
     sigma: FloatArray
+    polarity: IntArray
     attempted: IntArray
 
 
@@ -40,8 +42,12 @@ def sample_edges(
     T_world_target: FloatArray,
     bracket: Bracket,
     half_width: float,
+    polarity: IntArray,
 ) -> SampledEdges:
     """Profiles across the bracket's front edges, half_width px to both sides of where the pose puts them.
+
+    polarity (cameras, edges): of the steps to be found, +1 brighter towards the normal (-dy, dx) of the edge's
+    projection, -1 darker, 0 either.
 
     A view without image gives none.  Raises PoseError for a target that is not in front of the cameras.
     """
@@ -58,7 +64,7 @@ def sample_edges(
         margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]
         ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
         step = max(1.0, float(length.max()) / _MAX_SAMPLES_PER_EDGE)
-        found = core.measure_edges(camera, image, ends.reshape(-1, 4), 0, half_width, step)
+        found = core.measure_edges(camera, image, ends.reshape(-1, 4), polarity[camera], half_width, step)
         attempted[camera] = _profiles_on_image(rig, camera, ends, step)
         camera_parts.append(np.full(len(found), camera, np.int64))
         found_parts.append(found)
@@ -69,6 +75,7 @@ def sample_edges(
         q=np.column_stack([found["x"], found["y"]]),
         n=np.column_stack([found["nx"], found["ny"]]),
         sigma=found["sigma"].astype(np.float64),
+        polarity=found["polarity"].astype(np.int64),
         attempted=attempted,
     )
 

@@ -24,6 +24,8 @@ class NavigatorSettings:
     """Part of an edge's length that must agree with the pose for it to count as shown."""
     min_coverage: float = 0.5
     """Part of all edges' length, over the views together, that must agree with the pose."""
+    min_displaced_bars: int = attrs.field(default=2)
+    """Bars, counted in each view, that look measured a bar's width beside themselves, from which a pose is refused."""
     max_rms_px: float = 0.8
     """Weighted RMS of the edge samples against the pose, pixels."""
     max_disparity_px: float = 1.5

@@ -9,7 +9,7 @@ from rvdnav.core import layout
 from rvdnav.navigator.geometry import line_of, project_edges
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, RectifiedCameras
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.pose.cameras import project_along
 
 
@@ -18,9 +18,12 @@ def predicted_windows(
     edge_points: FloatArray,
     cameras: RectifiedCameras,
     camera: int,
+    polarity: IntArray,
     settings: NavigatorSettings,
 ) -> NDArray[np.void] | None:
     """WINDOW records of the edges (m, 2, 3) of the target, or None where the prediction is too vague to be of use.
+
+    polarity (m,): +1 where an edge was brighter towards the normal (-dy, dx) of its projection, -1 darker, 0 unknown.
 
     The half-widths follow from the prediction's covariance through the projection's derivative.  Raises PoseError for a
     target that is not in front of the camera.
@@ -34,6 +37,9 @@ def predicted_windows(
         return None
     windows = np.zeros(len(edge_points), layout.WINDOW)
     windows["edge"] = np.arange(len(edge_points))
+    d = xy[:, 1] - xy[:, 0]
+    agree = d[:, 0] * np.sin(theta) - d[:, 1] * np.cos(theta) > 0.0
+    windows["polarity"] = np.where(agree, polarity, -polarity)
     windows["rho"] = rho
     windows["theta"] = theta
     # rho is the distance to the foot of the perpendicular, which can lie far along the line: a turn moves it too.
