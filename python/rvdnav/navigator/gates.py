@@ -66,8 +66,8 @@ def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
     """How many bars in how many views look as if they were measured one bar's width beside themselves.
 
     shown (cameras, edges): edges that agree with the pose; polarity (cameras, edges): +1 brighter towards the inside of
-    the frame.  A pose that lies a bar's width off finds the outer edge of a bar where its inner one is, or the other way
-    round: that edge's light side is on the wrong side, and the bar's other edge finds nothing.
+    the frame.  A pose that lies a bar's width off finds the outer edge of a bar where its inner one is, or the other
+    way round: that edge's light side is on the wrong side, and the bar's other edge finds nothing.
     """
     lighter = polarity.reshape(len(polarity), -1, 2) * np.array(
         [1, -1]
