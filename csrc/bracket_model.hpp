@@ -15,6 +15,9 @@ struct BracketModel {
   };
   // Edge 2 k is the outer, 2 k + 1 the inner one of bar k; bars are l1, l2, l3, l4.
   Edge edge[RVDNAV_EDGES];
+  // The side face behind each edge reaches back by this; its normal points away from the bar's other edge.
+  Eigen::Vector3d back;
+  Eigen::Vector3d outward[RVDNAV_EDGES];
   // Where the centre lines of a bar and of the bars before and after it meet.
   Eigen::Vector3d axis_start[RVDNAV_BARS];
   Eigen::Vector3d axis_end[RVDNAV_BARS];

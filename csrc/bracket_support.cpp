@@ -25,6 +25,27 @@ ProjectedEdge project_edge(const RectRig& rig, int32_t camera, const BracketMode
   return e;
 }
 
+// The front edge, and the back edge of its side face where that is in sight: the light decides which of them shows.
+class VisibleEdges {
+ public:
+  void add(const BracketModel::Edge& edge) { edges_[count_++] = edge; }
+  const BracketModel::Edge* begin() const { return edges_; }
+  const BracketModel::Edge* end() const { return edges_ + count_; }
+
+ private:
+  BracketModel::Edge edges_[2];
+  int32_t count_ = 0;
+};
+
+VisibleEdges visible_edges(const RectRig& rig, const BracketModel& model, int32_t camera, const Pose& pose, int32_t k) {
+  VisibleEdges edges;
+  const BracketModel::Edge& front = model.edge[k];
+  edges.add(front);
+  const Eigen::Vector3d to_camera = rig.centre(camera) - pose * (0.5 * (front.a + front.b));
+  if ((pose.R * model.outward[k]).dot(to_camera) > 0.0) edges.add({front.a + model.back, front.b + model.back});
+  return edges;
+}
+
 struct Overlap {
   double low, high;  // along the edge, pixels from its start
   double distance;   // across it in the middle
@@ -67,24 +88,26 @@ uint32_t match_edges(const RectRig& rig, const BracketModel& model, int32_t came
                      const Pose& pose, const Tolerance& tolerance, LineMatch* matches) {
   uint32_t n = 0;
   for (int32_t k = 0; k < RVDNAV_EDGES; ++k) {
-    const ProjectedEdge edge = project_edge(rig, camera, model.edge[k], pose);
     double best = 0.0;
-    for (uint32_t i = 0; i < view.count; ++i) {
-      Overlap o;
-      if (!overlap_with(edge, view.segments[i], view.lines[i], tolerance, &o)) continue;
-      const double length = o.high - o.low;
-      if (length < std::max(kMinOverlap, kMinOverlapFraction * edge.length)) continue;
-      const double quality = length * o.closeness;
-      if (quality <= best) continue;
-      best = quality;
-      const Eigen::Vector3d span = model.edge[k].b - model.edge[k].a;
-      matches[n] = {camera,
-                    k,
-                    o.polarity,
-                    view.lines[i],
-                    length,
-                    model.edge[k].a + span * (o.low / edge.length),
-                    model.edge[k].a + span * (o.high / edge.length)};
+    for (const BracketModel::Edge& candidate : visible_edges(rig, model, camera, pose, k)) {
+      const ProjectedEdge edge = project_edge(rig, camera, candidate, pose);
+      for (uint32_t i = 0; i < view.count; ++i) {
+        Overlap o;
+        if (!overlap_with(edge, view.segments[i], view.lines[i], tolerance, &o)) continue;
+        const double length = o.high - o.low;
+        if (length < std::max(kMinOverlap, kMinOverlapFraction * edge.length)) continue;
+        const double quality = length * o.closeness;
+        if (quality <= best) continue;
+        best = quality;
+        const Eigen::Vector3d span = candidate.b - candidate.a;
+        matches[n] = {camera,
+                      k,
+                      o.polarity,
+                      view.lines[i],
+                      length,
+                      candidate.a + span * (o.low / edge.length),
+                      candidate.a + span * (o.high / edge.length)};
+      }
     }
     if (best > 0.0) ++n;
   }
@@ -95,15 +118,18 @@ EdgeSupport edge_support(const RectRig& rig, const BracketModel& model, int32_t 
                          const Pose& pose, const Tolerance& tolerance) {
   EdgeSupport support = {};
   for (int32_t k = 0; k < RVDNAV_EDGES; ++k) {
-    const ProjectedEdge edge = project_edge(rig, camera, model.edge[k], pose);
-    double* covered = support.covered[k];
-    for (uint32_t i = 0; i < view.count; ++i) {
-      Overlap o;
-      if (overlap_with(edge, view.segments[i], view.lines[i], tolerance, &o))
-        covered[o.polarity > 0 ? 1 : 0] += (o.high - o.low) * o.closeness;
+    for (const BracketModel::Edge& candidate : visible_edges(rig, model, camera, pose, k)) {
+      const ProjectedEdge edge = project_edge(rig, camera, candidate, pose);
+      double covered[2] = {};
+      for (uint32_t i = 0; i < view.count; ++i) {
+        Overlap o;
+        if (overlap_with(edge, view.segments[i], view.lines[i], tolerance, &o))
+          covered[o.polarity > 0 ? 1 : 0] += (o.high - o.low) * o.closeness;
+      }
+      support.length[k] = edge.length;
+      for (int32_t p = 0; p < 2; ++p)
+        support.covered[k][p] = std::max(support.covered[k][p], std::min(covered[p] / std::max(edge.length, 1.0), 1.0));
     }
-    support.length[k] = edge.length;
-    for (int32_t p = 0; p < 2; ++p) covered[p] = std::min(covered[p] / std::max(edge.length, 1.0), 1.0);
   }
   return support;
 }

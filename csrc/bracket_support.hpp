@@ -21,7 +21,8 @@ struct Tolerance {
   double angle;     // sine of the angle between the directions
 };
 
-// For each of the bracket's edges the segment that lies best on its projection, as input to the pose fit.  Returns the
+// For each of the bracket's edges the segment that lies best on its projection, or on that of the back edge of its side
+// face where this is in sight, as input to the pose fit.  Returns the
 // number of matches, at most RVDNAV_EDGES.
 uint32_t match_edges(const RectRig& rig, const BracketModel& model, int32_t camera, const ViewSegments& view,
                      const Pose& pose, const Tolerance& tolerance, LineMatch* matches);
