@@ -25,7 +25,8 @@ def good() -> Measurement:
     images = (frame.left.pixels, frame.right.pixels)
     core = Core(RIG, TARGET)
     found = core.process(*images)
-    return measure(core, RIG, TARGET.bracket, found, images, found.bracket.T_world_target)
+    unknown = np.zeros((2, 8), np.int64)
+    return measure(core, RIG, TARGET.bracket, found, images, found.bracket.T_world_target, unknown)
 
 
 def reasons(measurement: Measurement, settings: NavigatorSettings = SETTINGS) -> frozenset[Reason]:
@@ -77,6 +78,24 @@ def test_a_bar_beyond_the_images_is_not_asked_for(good: Measurement) -> None:
     attempted[:, [2, 3]] = 0
     without_l2 = hide(hide(good, 0, [2, 3]), 1, [2, 3])
     assert reasons(attrs.evolve(without_l2, sampled=attrs.evolve(good.sampled, attempted=attempted))) == frozenset()
+
+
+def test_the_drawn_bars_are_seen_to_be_lighter_than_what_is_beside_them(good: Measurement) -> None:
+    np.testing.assert_array_equal(good.polarity, np.tile([1, -1], (2, 4)))
+
+
+@pytest.mark.parametrize("bar", range(4))
+def test_a_bar_measured_a_width_beside_itself(good: Measurement, bar: int) -> None:
+    """Its outer edge found where the inner one is: dark inwards, and nothing where the inner one is expected."""
+    tracked = attrs.evolve(good, frame=attrs.evolve(good.frame, bracket=None))
+    outer, inner = 2 * bar, 2 * bar + 1
+    polarity = good.sampled.polarity.copy()
+    for camera, expected in ((0, set()), (1, {Reason.DISPLACED})):
+        polarity[(good.sampled.camera == camera) & (good.sampled.edge == outer)] *= -1
+        displaced = attrs.evolve(tracked, sampled=attrs.evolve(good.sampled, polarity=polarity.copy()))
+        for hidden in range(camera + 1):
+            displaced = hide(displaced, hidden, [inner])
+        assert reasons(displaced) == expected
 
 
 def test_too_small_a_part_of_all_edges(good: Measurement) -> None:

@@ -15,6 +15,7 @@ from rvdnav.pose import PoseError, PredictedPose, perturb
 from scipy.spatial.transform import Rotation
 
 EDGES = 8
+UNKNOWN = np.zeros(EDGES, np.int64)
 coordinate = st.floats(-400.0, 400.0)
 
 
@@ -95,7 +96,7 @@ def test_windows_hold_the_lines_of_poses_drawn_from_the_covariance() -> None:
     rng = np.random.default_rng(4)
     draws = rng.multivariate_normal(np.zeros(6), prediction.covariance, 1500, method="cholesky")
     for camera in (0, 1):
-        windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, settings)
+        windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, UNKNOWN, settings)
         assert windows is not None
         np.testing.assert_array_equal(windows["edge"], np.arange(EDGES))
         inside = np.zeros(EDGES)
@@ -110,7 +111,7 @@ def test_windows_hold_the_lines_of_poses_drawn_from_the_covariance() -> None:
 def test_windows_are_as_narrow_as_their_least_half_widths_when_the_prediction_is_sure() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     prediction = PredictedPose(pose(0.8), np.eye(6) * 1e-14)
-    windows = predicted_windows(prediction, bracket.edge_points, rectified_cameras(rig), 0, settings)
+    windows = predicted_windows(prediction, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings)
     np.testing.assert_allclose(windows["half_rho"], settings.window_min_rho_px, atol=1e-3)
     np.testing.assert_allclose(windows["half_theta"], settings.window_min_theta, atol=1e-5)
     xy, _ = project_edges(rectified_cameras(rig), 0, prediction.T_world_target, bracket.edge_points)
@@ -119,14 +120,29 @@ def test_windows_are_as_narrow_as_their_least_half_widths_when_the_prediction_is
     np.testing.assert_allclose(np.column_stack([windows["t_min"], windows["t_max"]]), t)
 
 
+@pytest.mark.parametrize("camera", [0, 1])
+def test_a_light_bar_is_expected_bright_on_the_side_of_its_other_edge(camera: int) -> None:
+    rig, bracket = wide_rig(), bracket_target().bracket
+    cameras = rectified_cameras(rig)
+    T = pose(0.7, 0.02, 0.08, 120.0, -7.0, 5.0)  # theta of some lines lies across the end of its range
+    light = np.tile([1, -1], EDGES // 2)  # outer edges are bright inwards, inner ones outwards
+    prediction = PredictedPose(T, np.eye(6) * 1e-12)
+    windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, light, NavigatorSettings())
+    middle, _ = project_edges(cameras, camera, T, bracket.edge_points)
+    for edge, window in enumerate(windows):
+        other = middle[edge ^ 1].mean(axis=0)
+        growing = other @ [np.cos(window["theta"]), np.sin(window["theta"])] > window["rho"]
+        assert window["polarity"] == (1 if growing else -1)
+
+
 def test_a_vague_prediction_gives_no_windows() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     vague = PredictedPose(pose(0.8), np.diag([0.03, 0.03, 0.03, 0.1, 0.1, 0.1]) ** 2)
-    assert predicted_windows(vague, bracket.edge_points, rectified_cameras(rig), 0, settings) is None
+    assert predicted_windows(vague, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings) is None
 
 
 def test_a_prediction_behind_the_cameras_is_refused() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     behind = PredictedPose(pose(-0.5), np.eye(6) * 1e-8)
     with pytest.raises(PoseError):
-        predicted_windows(behind, bracket.edge_points, rectified_cameras(rig), 0, settings)
+        predicted_windows(behind, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings)
