@@ -124,7 +124,7 @@ def test_windows_are_as_narrow_as_their_least_half_widths_when_the_prediction_is
 def test_a_light_bar_is_expected_bright_on_the_side_of_its_other_edge(camera: int) -> None:
     rig, bracket = wide_rig(), bracket_target().bracket
     cameras = rectified_cameras(rig)
-    T = pose(0.7, 0.02, 0.08, 120.0, -7.0, 5.0)  # theta of some lines lies across the end of its range
+    T = pose(0.7, 0.02, 0.08, 120.0, -7.0, 5.0)
     light = np.tile([1, -1], EDGES // 2)  # outer edges are bright inwards, inner ones outwards
     prediction = PredictedPose(T, np.eye(6) * 1e-12)
     windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, light, NavigatorSettings())
