@@ -26,7 +26,8 @@ def failed_gates(
     """What speaks against publishing the measurement by itself; empty if nothing does."""
     reasons = set()
     pose = measurement.pose
-    shown = measurement.coverage >= settings.edge_coverage
+    front = measurement.coverage >= settings.edge_coverage
+    shown = front | (measurement.back_coverage >= settings.edge_coverage)
     few = shown.sum(axis=1).min() < settings.min_edges or measurement.total_coverage < settings.min_coverage
     acquired = measurement.frame.bracket is not None
     least = settings.acquired_bar_edges if acquired else settings.min_bar_edges
@@ -36,7 +37,7 @@ def failed_gates(
         reasons.add(Reason.NOT_CONVERGED)
     if weighted_rms(measurement) > settings.max_rms_px:
         reasons.add(Reason.RESIDUALS)
-    if displaced_bars(shown, measurement.polarity) >= settings.min_displaced_bars:
+    if displaced_bars(front, measurement.polarity) >= settings.min_displaced_bars:
         reasons.add(Reason.DISPLACED)
     errors = disparity_errors(measurement, bracket, rig)
     # Of faces without texture a few points are matched to something else: only most of them together contradict.

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import Core, FrameResult
+from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.sampling import SampledEdges, sample_edges
 from rvdnav.navigator.sides import side_separation
@@ -57,6 +58,8 @@ class Measurement:
     """(n,) samples that agree with the pose."""
     settled: bool
     """The last round of sampling and refining changed the pose by less than its standard deviation."""
+    back_coverage: FloatArray
+    """(cameras, edges) the same as ``coverage`` for the back edges of side faces in sight."""
     frame: FrameResult
 
     @property
@@ -118,7 +121,7 @@ def measure(
     trusted = np.zeros((len(images), len(bracket.edge_points)), np.bool_)
     trusted[lines.camera, lines.edge] = pose.weights > _TRUSTED
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
-    return Measurement(pose, lines, sampled, inlier, settled, frame)
+    return Measurement(pose, lines, sampled, inlier, settled, back_coverage(core, rig, images, T, bracket), frame)
 
 
 def _measure_lines(
