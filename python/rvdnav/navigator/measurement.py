@@ -37,6 +37,8 @@ _TRUSTED = 0.2
 # How far from the front edge the step may stand where a side face is in sight, as a part of its width in the image; a
 # side face brighter than the front draws the step beyond the back edge.
 _SIDE_SIGMA = 0.7
+# Standard deviation of unit weight from which the lines' fit may have gone to the wrong minimum.
+_POOR_FIT = 1.5
 # Part of an edge's samples that must agree in excess for it to have one polarity.
 _SAME_POLARITY = 0.6
 # An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter.
@@ -146,22 +148,16 @@ def _measure_lines(
 
 def _coarse_pose(bracket: Bracket, frame: FrameResult, cameras: RectifiedCameras, prior: FloatArray) -> FloatArray:
     """The paper's three-point pose from the triangulated apexes, then all lines of both views together."""
-    start = prior
-    if frame.apex_found[:4].all():
-        try:
-            start = pose_from_apexes(frame.apexes_W[:4], bracket.outer)
-        except PoseError:  # degenerate corners; the prior is still good
-            start = prior
     lines = line_measurements(bracket, frame)
-    candidates = []
-    for T in (start, prior):
-        try:
-            candidates.append(refine_pose_lines(T, lines, cameras))
-        except PoseError as error:
-            failure = error
-    if not candidates:
-        raise failure
-    return min(candidates, key=lambda pose: pose.sigma0).T_world_target
+    try:
+        start = pose_from_apexes(frame.apexes_W[:4], bracket.outer) if frame.apex_found[:4].all() else prior
+        pose = refine_pose_lines(start, lines, cameras)
+    except PoseError:  # degenerate corners; the prior may still do
+        return refine_pose_lines(prior, lines, cameras).T_world_target
+    if pose.sigma0 > _POOR_FIT:
+        # One line taken for another spoils its two corners, but is an outlier from a good start.
+        pose = min(pose, refine_pose_lines(prior, lines, cameras), key=lambda pose: pose.sigma0)
+    return pose.T_world_target
 
 
 def line_measurements(bracket: Bracket, frame: FrameResult) -> LineMeasurements:

@@ -26,7 +26,7 @@ class NavigatorSettings:
     """Part of all edges' length, over the views together, that must agree with the pose."""
     min_displaced_bars: int = attrs.field(default=2)
     """Bars, counted in each view, that look measured a bar's width beside themselves, from which a pose is refused."""
-    max_rms_px: float = 0.8
+    max_rms_px: float = 0.3
     """Weighted RMS of the edge samples against the pose, pixels."""
     max_disparity_px: float = 1.5
     """Disagreement with the pose, pixels, that most of the correlated points' disparities must not exceed."""

@@ -130,10 +130,12 @@ def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, camer
     follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982).
     """
     endpoint_sigma = 4.0 * _ENDPOINT_SIGMA
+    T = T_world_target
     for _ in range(_VARIANCE_ROUNDS):
-        pose = refine_pose_lines(T_world_target, lines, cameras, endpoint_sigma=endpoint_sigma)
+        pose = refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma)
+        T = pose.T_world_target
         endpoint_sigma = _consistent_sigma(pose, lines, cameras)
-    return refine_pose_lines(pose.T_world_target, lines, cameras, endpoint_sigma=endpoint_sigma)
+    return refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma)
 
 
 def _consistent_sigma(pose: RefinedPose, lines: LineMeasurements, cameras: RectifiedCameras) -> float:
