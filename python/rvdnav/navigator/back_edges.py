@@ -15,7 +15,7 @@ from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.sampling import sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import LineMeasurements, fit_edge_lines, line_residuals
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
 
 # A back edge nearer to the front edge than this cannot be told from it, px.
@@ -32,32 +32,43 @@ def back_coverage(
     images: tuple[NDArray[np.uint8] | None, ...],
     T_world_target: FloatArray,
     bracket: Bracket,
+    wanted: BoolArray,
 ) -> FloatArray:
-    """(cameras, edges) part of the profiles across each back edge that show a step where the pose puts it.
+    """(cameras, edges) part of the profiles across each wanted back edge that show a step where the pose puts it.
 
-    0 where the side face is out of sight or too narrow to tell its back edge from the front one.
+    0 where it is not wanted (cameras, edges), and where the side face is out of sight or too narrow to tell its back
+    edge from the front one.
     """
-    cameras = rectified_cameras(rig)
+    distinct = wanted & _distinct_sides(rig, images, T_world_target, bracket)
+    if not distinct.any():
+        return np.zeros(wanted.shape)
     depth = np.array([bracket.thickness, 0.0, 0.0])
     back = attrs.evolve(bracket, outer=bracket.outer + depth, inner=bracket.inner + depth)
-    edges = len(bracket.edge_points)
-    covered = np.zeros((len(images), edges))
-    sampled = sample_edges(
-        core, rig, images, T_world_target, back, _HALF_WIDTH_PX, np.zeros((len(images), edges), np.int64)
-    )
+    sampled = sample_edges(core, rig, images, T_world_target, back, _HALF_WIDTH_PX, np.zeros(wanted.shape, np.int64))
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
     lines = LineMeasurements(fits.camera, fits.edge, back.edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
-    offsets, _ = line_residuals(T_world_target, lines, cameras)
-    near = np.zeros((len(images), edges), np.bool_)
+    offsets, _ = line_residuals(T_world_target, lines, rectified_cameras(rig))
+    near = np.zeros(wanted.shape, np.bool_)
     near[fits.camera, fits.edge] = np.abs(offsets).max(axis=1) < _MAX_OFFSET_PX
     agreed = fits.weights > _TRUSTED
+    covered = np.zeros(wanted.shape)
     np.add.at(covered, (sampled.camera[agreed], sampled.edge[agreed]), 1.0)
+    part: FloatArray = np.where(near & distinct, covered / np.maximum(sampled.attempted, 1), 0.0)
+    return part
+
+
+def _distinct_sides(
+    rig: Rig, images: tuple[NDArray[np.uint8] | None, ...], T_world_target: FloatArray, bracket: Bracket
+) -> BoolArray:
+    """(cameras, edges) whether the side face is in sight and wide enough."""
+    cameras = rectified_cameras(rig)
+    edges = np.arange(len(bracket.edge_points))
+    distinct = np.zeros((len(images), len(edges)), np.bool_)
     for camera, image in enumerate(images):
         if image is None:
             continue
         xy, _ = project_edges(cameras, camera, T_world_target, bracket.edge_points)
-        index = np.full(edges, camera)
-        separation = side_separation(cameras, T_world_target, bracket, index, np.arange(edges), line_of(xy)[1])
-        near[camera] &= np.abs(separation) > _MIN_SEPARATION_PX
-    part: FloatArray = np.where(near, covered / np.maximum(sampled.attempted, 1), 0.0)
-    return part
+        index = np.full(len(edges), camera)
+        separation = side_separation(cameras, T_world_target, bracket, index, edges, line_of(xy)[1])
+        distinct[camera] = np.abs(separation) > _MIN_SEPARATION_PX
+    return distinct

@@ -39,6 +39,8 @@ _TRUSTED = 0.2
 _SIDE_SIGMA = 0.7
 # Standard deviation of unit weight from which the lines' fit may have gone to the wrong minimum.
 _POOR_FIT = 1.5
+# Coverage from which the front edge speaks for itself.
+_WHOLE = 0.5
 # Part of an edge's samples that must agree in excess for it to have one polarity.
 _SAME_POLARITY = 0.6
 # An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter.
@@ -61,16 +63,14 @@ class Measurement:
     settled: bool
     """The last round of sampling and refining changed the pose by less than its standard deviation."""
     back_coverage: FloatArray
-    """(cameras, edges) the same as ``coverage`` for the back edges of side faces in sight."""
+    """(cameras, edges) the same as ``coverage`` for the back edges of side faces in sight, where the front edge agrees
+    less than all along."""
     frame: FrameResult
 
     @property
     def coverage(self) -> FloatArray:
         """(cameras, edges) part of the profiles on the image that agree with the pose; 0 where none was possible."""
-        agreed = np.zeros_like(self.sampled.attempted)
-        np.add.at(agreed, (self.sampled.camera[self.inlier], self.sampled.edge[self.inlier]), 1)
-        part: FloatArray = agreed / np.maximum(self.sampled.attempted, 1)
-        return part
+        return front_coverage(self.sampled, self.inlier)
 
     @property
     def polarity(self) -> IntArray:
@@ -88,6 +88,14 @@ class Measurement:
     def total_coverage(self) -> float:
         """Part of all profiles on the images that agree with the pose."""
         return float(self.inlier.sum() / max(int(self.sampled.attempted.sum()), 1))
+
+
+def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
+    """(cameras, edges) part of the profiles on the image that are inliers (n,)."""
+    agreed = np.zeros_like(sampled.attempted)
+    np.add.at(agreed, (sampled.camera[inlier], sampled.edge[inlier]), 1)
+    part: FloatArray = agreed / np.maximum(sampled.attempted, 1)
+    return part
 
 
 def measure(
@@ -123,7 +131,9 @@ def measure(
     trusted = np.zeros((len(images), len(bracket.edge_points)), np.bool_)
     trusted[lines.camera, lines.edge] = pose.weights > _TRUSTED
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
-    return Measurement(pose, lines, sampled, inlier, settled, back_coverage(core, rig, images, T, bracket), frame)
+    lacking = front_coverage(sampled, inlier) < _WHOLE
+    back = back_coverage(core, rig, images, T, bracket, lacking)
+    return Measurement(pose, lines, sampled, inlier, settled, back, frame)
 
 
 def _measure_lines(

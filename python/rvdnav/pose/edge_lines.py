@@ -43,48 +43,57 @@ def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArra
     if len(camera) == 0:
         none = np.zeros(0)
         return EdgeLines(camera, edge, none, none, np.zeros((0, 2, 2)), none, none)
-    keys, first, group = np.unique(camera * (edge.max() + 1) + edge, return_index=True, return_inverse=True)
-    groups = len(keys)
+    keys, first, group, count = np.unique(
+        camera * (edge.max() + 1) + edge, return_index=True, return_inverse=True, return_counts=True
+    )
     normal = n[first]
+    # A row a line; its samples in the first places, the rest without weight.
+    order = np.argsort(group, kind="stable")
+    place = np.empty(len(group), np.int64)
+    place[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
+    table = np.zeros((3, len(keys), count.max()))
+    table[:, group, place] = [q[:, 0], q[:, 1], sigma]
+    present = np.arange(count.max()) < count[:, None]
+    centre = table[:2].sum(axis=2) / count
+    d = np.where(present, table[:2] - centre[:, :, None], 0.0)
     # Across and along the edge, from its samples' mean.
-    centre = np.column_stack([_sum(group, q[:, i], groups) / np.bincount(group) for i in (0, 1)])
-    d = q - centre[group]
-    across = np.einsum("ki,ki->k", d, normal[group])
-    along = d[:, 1] * normal[group, 0] - d[:, 0] * normal[group, 1]
-    offset = _medians(across, group, groups)
-    slope = np.zeros(groups)
+    across = normal[:, 0, None] * d[0] + normal[:, 1, None] * d[1]
+    along = normal[:, 0, None] * d[1] - normal[:, 1, None] * d[0]
+    noise = table[2] ** 2
+    offset = _medians(across, present, count)
+    slope = np.zeros(len(keys))
     for _ in range(_ROUNDS):
-        residual = across - offset[group] - slope[group] * along
-        scale = np.maximum(1.4826 * _medians(np.abs(residual), group, groups), _SCALE_FLOOR_PX)
-        tukey = np.maximum(1.0 - (residual / (_TUKEY * scale[group])) ** 2, 0.0) ** 2
+        residual = across - offset[:, None] - slope[:, None] * along
+        scale = np.maximum(1.4826 * _medians(np.abs(residual), present, count), _SCALE_FLOOR_PX)[:, None]
+        tukey = np.where(present, np.maximum(1.0 - (residual / (_TUKEY * scale)) ** 2, 0.0) ** 2, 0.0)
         # Beyond its share of the scatter a profile's own sigma tells how much it knows.
-        w = tukey / (sigma**2 + scale[group] ** 2)
-        s0, s1, s2 = (_sum(group, w * along**power, groups) for power in (0, 1, 2))
-        y0, y1 = (_sum(group, w * across * along**power, groups) for power in (0, 1))
+        w = tukey / (noise + scale**2)
+        wt, wy = w * along, w * across
+        s0, s1, s2 = w.sum(axis=1), wt.sum(axis=1), (wt * along).sum(axis=1)
+        y0, y1 = wy.sum(axis=1), (wy * along).sum(axis=1)
         det = s0 * s2 - s1 * s1
         fit = det > 1e-9 * s0 * s2
         safe = np.where(fit, det, 1.0)
         offset = np.where(fit, (s2 * y0 - s1 * y1) / safe, offset)
         slope = np.where(fit, (s0 * y1 - s1 * y0) / safe, 0.0)
-    residual = across - offset[group] - slope[group] * along
-    agreeing = _sum(group, (tukey > 0.1).astype(np.float64), groups)
-    unit = _sum(group, w * residual**2, groups) / np.maximum(agreeing - 2.0, 1.0) * agreeing / np.maximum(s0, 1e-300)
+    residual = across - offset[:, None] - slope[:, None] * along
+    agreeing = (tukey > 0.1).sum(axis=1)
+    unit = (w * residual**2).sum(axis=1) / np.maximum(agreeing - 2.0, 1.0) * agreeing / np.maximum(s0, 1e-300)
     variance = np.maximum(unit, _SCALE_FLOOR_PX**2 / 4.0) * _CORRELATION
     information = s0 / np.maximum(agreeing, 1.0)
     # Var of (offset, slope) = variance * information * [[s2, -s1], [-s1, s0]] / det, turned into (rho, theta).
     factor = variance * information / safe
-    theta0 = np.arctan2(normal[:, 1], normal[:, 0])
-    theta = theta0 - np.arctan(slope)
+    theta = np.arctan2(normal[:, 1], normal[:, 0]) - np.arctan(slope)
     c, s = np.cos(theta), np.sin(theta)
-    anchor = centre + offset[:, None] * normal
+    anchor = centre.T + offset[:, None] * normal
     rho = c * anchor[:, 0] + s * anchor[:, 1]
     middle = anchor[:, 1] * c - anchor[:, 0] * s
-    cov = np.empty((groups, 2, 2))
+    cov = np.empty((len(keys), 2, 2))
     cov[:, 0, 0] = factor * (s2 + 2.0 * middle * s1 + middle**2 * s0)
     cov[:, 0, 1] = cov[:, 1, 0] = factor * (s1 + middle * s0)
     cov[:, 1, 1] = factor * s0
     kept: BoolArray = fit & (agreeing >= _MIN_SAMPLES)
-    rms = np.sqrt(_sum(group, tukey * residual**2, groups) / np.maximum(_sum(group, tukey, groups), 1e-300))
+    rms = np.sqrt((tukey * residual**2).sum(axis=1) / np.maximum(tukey.sum(axis=1), 1e-300))
     return EdgeLines(
         camera[first][kept],
         edge[first][kept],
@@ -92,18 +101,13 @@ def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArra
         theta[kept],
         cov[kept],
         rms[kept],
-        np.where(kept[group], tukey, 0.0),
+        np.where(kept[group], tukey[group, place], 0.0),
     )
 
 
-def _sum(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
-    return np.bincount(group, values, minlength=groups).astype(np.float64)
-
-
-def _medians(values: FloatArray, group: IntArray, groups: int) -> FloatArray:
-    order = np.lexsort((values, group))
-    count = np.bincount(group, minlength=groups)
-    start = np.concatenate([[0], np.cumsum(count)[:-1]])
-    ordered = values[order]
-    median: FloatArray = 0.5 * (ordered[start + (count - 1) // 2] + ordered[start + count // 2])
+def _medians(values: FloatArray, present: BoolArray, count: IntArray) -> FloatArray:
+    """Of each row's present values."""
+    ordered = np.sort(np.where(present, values, np.inf), axis=1)
+    row = np.arange(len(count))
+    median: FloatArray = 0.5 * (ordered[row, (count - 1) // 2] + ordered[row, count // 2])
     return median

@@ -42,12 +42,20 @@ class GaussNewtonSolution:
 
 
 def minimise(
-    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float | None, scale_floor: float, max_iterations: int
+    T: FloatArray,
+    evaluate: Evaluate,
+    *,
+    loss: Loss,
+    k: float | None,
+    scale_floor: float,
+    max_iterations: int,
+    near: bool = False,
 ) -> GaussNewtonSolution:
     """The pose that minimises the robust loss of the blocks, from T (4, 4) on.
 
     Tukey's loss is not convex, so the start is Huber's loss with the scale taken anew in every step; then the asked
-    loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  A step
+    loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  From a
+    pose that is known to be near the minimum (`near`), that start is left out.  A step
     that raises the cost is damped (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the pose or
     `evaluate` raises it at T.
     """
@@ -55,7 +63,10 @@ def minimise(
     components = residuals.shape[1]
     phase: Loss = "huber"
     phase_k, scale = EFFICIENT_K["huber"], scale_floor
-    starting, iterations, converged = True, 0, False
+    starting, iterations, converged = not near, 0, False
+    if near:
+        scale = robust_scale(_norms(residuals), components, scale_floor)
+        phase, phase_k = loss, EFFICIENT_K[loss] if k is None else k
     while iterations < max_iterations and not converged:
         norms = _norms(residuals)
         if starting:

@@ -96,10 +96,12 @@ def refine_pose_lines(
     k: float | None = None,
     max_iterations: int = 20,
     endpoint_sigma: float = _ENDPOINT_SIGMA,
+    near: bool = False,
 ) -> RefinedPose:
     """The pose that fits the lines best, from T_world_target (4, 4) on; a line is trusted or rejected as a whole.
 
     endpoint_sigma, px: standard deviation of what displaces each endpoint by itself, beside the lines' covariances.
+    near: the start is known to be near the minimum, so outliers are told by it at once.
     The distances are whitened by all these, taken where the endpoints lie at the start.  The covariance of
     the result is omega² H⁻¹ with omega from the residuals, but at least 1: a line's own covariance knows only its fit.
     Raises PoseError if the lines do not determine the pose or the target is not in front of the cameras.
@@ -113,7 +115,7 @@ def refine_pose_lines(
         distances, derivatives = line_residuals(T, lines, cameras)
         return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
 
-    solution = minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, max_iterations=max_iterations)
+    solution = minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, max_iterations=max_iterations, near=near)
     distances, _ = line_residuals(solution.T, lines, cameras)
     keys = zip(lines.camera.tolist(), lines.edge.tolist(), strict=True)
     rms = np.sqrt(np.mean(distances**2, axis=1))
@@ -130,12 +132,12 @@ def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, camer
     follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982).
     """
     endpoint_sigma = 4.0 * _ENDPOINT_SIGMA
-    T = T_world_target
+    T, near = T_world_target, False
     for _ in range(_VARIANCE_ROUNDS):
-        pose = refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma)
-        T = pose.T_world_target
+        pose = refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma, near=near)
+        T, near = pose.T_world_target, True
         endpoint_sigma = _consistent_sigma(pose, lines, cameras)
-    return refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma)
+    return refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma, near=near)
 
 
 def _consistent_sigma(pose: RefinedPose, lines: LineMeasurements, cameras: RectifiedCameras) -> float:
