@@ -59,6 +59,7 @@ class Reason(enum.Enum):
     RIGHT_UNUSABLE = "the right image is black, saturated or without contrast"
     LIMIT = "a work limit was reached"
     TIME_ORDER = "the frame is not newer than the one before"
+    DUPLICATE = "an image is the one before once more"
 
     @property
     def description(self) -> str:

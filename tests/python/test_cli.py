@@ -96,6 +96,27 @@ def test_run_with_truth_reports_errors_and_evaluate_agrees(sequence, tmp_path, c
     assert "Errors and 3σ band" in (out / "evaluation.html").read_text()
 
 
+def test_faults_change_what_the_navigator_is_given(sequence, tmp_path, monkeypatch):
+    given = []
+
+    class Watching(Scripted):
+        def process(self, frame):
+            given.append((frame.timestamp_ns, None if frame.left is None else int(frame.left.pixels.max())))
+            return super().process(frame)
+
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Watching)
+    faults = ["--fault", "late:2", "--fault", "black_left:3-4,6"]
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out"), *faults]) == 0
+    stamps = [frame.timestamp_ns for frame in open_sequence(sequence)]
+    assert [stamp for stamp, _ in given] == [stamps[i] for i in (0, 1, 3, 2, 4, 5, 6, 7)]
+    assert {stamps.index(stamp) for stamp, brightest in given if brightest == 0} == {3, 4, 6}
+
+
+def test_every_frame_dropped_is_bad_input(sequence, tmp_path, capsys):
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out"), "--fault", "dropped:all"]) == 2
+    assert "holds no frames" in stderr_line(capsys)
+
+
 def test_no_pose_is_exit_code_1_with_the_files_written(sequence, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(rvdnav.cli.run, "Navigator", Blind)
     add_truth(sequence)
@@ -133,6 +154,8 @@ def test_oddities_of_the_sequence_are_told_once(sequence, tmp_path, capsys):
         (["run", "{sequence}"], "--out"),
         (["run", "{sequence}", "--out", "x", "--fast"], "--fast"),
         (["run", "--out", "x"], "SEQUENCE"),
+        (["run", "{sequence}", "--out", "x", "--fault", "fog:all"], "no fault 'fog'"),
+        (["run", "{sequence}", "--out", "x", "--fault", "black:7-8"], "sequence: fault black: there is no frame 8"),
         (["fly"], "fly"),
         ([], "ommand"),
     ],

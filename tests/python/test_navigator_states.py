@@ -31,14 +31,15 @@ def blank() -> Images:
 
 
 class Clock:
-    """Gives images to a navigator, one step of time after the other."""
+    """Gives images to a navigator, one step of time after the other, each with a pixel of its own as noise would."""
 
     def __init__(self, **options: float) -> None:
         self.navigator = Navigator(RIG, TARGET, **options)
         self._times = self._tick()
 
     def show(self, images: Sequence[np.ndarray | None]) -> Solution:
-        return self.navigator.process(frame_of(images, next(self._times)))
+        stamp = next(self._times)
+        return self.navigator.process(frame_of([own_image(image, stamp) for image in images], stamp))
 
     @staticmethod
     def _tick() -> Iterator[int]:
@@ -46,6 +47,15 @@ class Clock:
         while True:
             yield START_NS + number * STEP_NS
             number += 1
+
+
+def own_image(image: np.ndarray | None, timestamp_ns: int) -> np.ndarray | None:
+    """The image with a corner pixel that tells the time; one of a single grey level stays as it is."""
+    if image is None or image.min() == image.max():
+        return image
+    changed = image.copy()
+    changed[0, 0] = (timestamp_ns // STEP_NS) % 256
+    return changed
 
 
 def sigmas(solution: Solution) -> np.ndarray:
@@ -175,12 +185,48 @@ def test_both_images_missing(seen: Images) -> None:
 def test_frames_out_of_order(seen: Images, step_ns: int) -> None:
     navigator = Navigator(RIG, TARGET)
     last = START_NS + STEP_NS
-    navigator.process(frame_of(seen, START_NS))
-    assert navigator.process(frame_of(seen, last)).published
-    late = navigator.process(frame_of(seen, last + step_ns))
+    shown = [[own_image(image, START_NS + number * STEP_NS) for image in seen] for number in range(4)]
+    navigator.process(frame_of(shown[0], START_NS))
+    assert navigator.process(frame_of(shown[1], last)).published
+    late = navigator.process(frame_of(shown[2], last + step_ns))
     assert not late.published
     assert late.reasons == {Reason.TIME_ORDER}
-    assert navigator.process(frame_of(seen, last + STEP_NS)).published
+    assert navigator.process(frame_of(shown[3], last + STEP_NS)).published
+
+
+@pytest.mark.parametrize("frozen", [(True, True), (True, False), (False, True)])
+def test_images_that_come_once_more_under_a_new_stamp(seen: Images, frozen: tuple[bool, bool]) -> None:
+    navigator = Navigator(RIG, TARGET)
+    stamps = [START_NS + number * STEP_NS for number in range(4)]
+    fresh = [[own_image(image, stamp) for image in seen] for stamp in stamps]
+    buffer = [image.copy() for image in fresh[0]]
+    assert navigator.process(frame_of(buffer, stamps[0])).published
+    for camera in (0, 1):  # in the same memory, as a frame grabber would
+        buffer[camera][:] = fresh[1][camera]
+    assert navigator.process(frame_of(buffer, stamps[1])).published
+    repeated = [fresh[1][camera] if frozen[camera] else fresh[2][camera] for camera in (0, 1)]
+    solution = navigator.process(frame_of(repeated, stamps[2]))
+    assert solution.state is State.COASTING
+    assert solution.reasons == {Reason.DUPLICATE}
+    assert navigator.process(frame_of(fresh[3], stamps[3])).published
+
+
+def test_a_frozen_camera_is_known_across_a_missing_image(seen: Images) -> None:
+    navigator = Navigator(RIG, TARGET)
+    stamps = [START_NS + number * STEP_NS for number in range(3)]
+    left, right = seen
+    assert navigator.process(frame_of((left, own_image(right, stamps[0])), stamps[0])).published
+    assert navigator.process(frame_of((None, own_image(right, stamps[1])), stamps[1])).reasons == {Reason.LEFT_MISSING}
+    assert navigator.process(frame_of((left, own_image(right, stamps[2])), stamps[2])).reasons == {Reason.DUPLICATE}
+
+
+def test_black_images_are_unusable_rather_than_duplicates(seen: Images) -> None:
+    clock = Clock()
+    clock.show(seen)
+    for _ in range(3):
+        reasons = clock.show((BLACK, seen[1])).reasons
+        assert Reason.LEFT_UNUSABLE in reasons
+        assert Reason.DUPLICATE not in reasons
 
 
 def test_a_jump_is_no_motion(seen: Images) -> None:

@@ -49,9 +49,13 @@ def _common(
 def _run(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME:FRAMES", help="Inject a fault, e.g. black_left:10-14,20; may be repeated."),
+    ] = None,
 ) -> int:
     """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR."""
-    return run(sequence, out)
+    return run(sequence, out, fault or [])
 
 
 @app.command("evaluate")

@@ -14,15 +14,22 @@ from rvdnav.cli.tables import console, print_summary
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
+from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 
 
-def run(path: Path, out: Path) -> int:
-    """Process the sequence at ``path`` into ``out``; 0 if any pose was published, else 1.  Raises InputError."""
+def run(path: Path, out: Path, faults: list[str]) -> int:
+    """Process the sequence at ``path`` into ``out``, with the faults injected that are given as NAME:FRAMES.
+
+    Returns 0 if any pose was published, else 1.  Raises InputError.
+    """
+    injected = [parse_fault(fault) for fault in faults]
     sequence = open_sequence(path)
+    if injected:
+        sequence = FaultySequence(sequence, injected)
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:

@@ -14,6 +14,7 @@ from rvdnav.errors import InputError
 from rvdnav.navigator.gates import failed_gates, plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure, measured_segments
+from rvdnav.navigator.repeats import RepeatDetector
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.transitions import next_state
 from rvdnav.navigator.windows import predicted_windows
@@ -63,6 +64,7 @@ class Navigator:
         self._cameras = rectified_cameras(rig)
         self._filter = ConstantVelocityFilter()
         self._state = State.SEARCHING
+        self._repeats = RepeatDetector()
         self._last_frame_ns: int | None = None
         self._last_pose_ns = 0
         self._polarity = self._unknown_polarity()
@@ -76,8 +78,9 @@ class Navigator:
         self._last_frame_ns = frame.timestamp_ns
         images = tuple(None if image is None else image.pixels for image in (frame.left, frame.right))
         missing = frozenset(reason for image, reason in zip(images, _MISSING, strict=True) if image is None)
-        if missing:
-            return self._without_measurement(frame.timestamp_ns, missing, {}, times, start)
+        repeated = {Reason.DUPLICATE} if self._repeats.repeated(images) else set()
+        if missing or repeated:
+            return self._without_measurement(frame.timestamp_ns, missing | repeated, {}, times, start)
         return self._measure(frame.timestamp_ns, images, times, start)
 
     def _measure(

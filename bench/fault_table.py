@@ -1,0 +1,122 @@
+"""The fault table: every fault over the given sequences, struck in the middle; a Markdown table on stdout.
+
+    python bench/fault_table.py SEQUENCE...
+
+A line is one fault on one sequence, by a fresh navigator with default settings.  Faults of the calibration hold in all
+frames, the others in a stretch in the middle.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+
+import attrs
+import numpy as np
+from rvdnav import Navigator, Sequence, Solution, open_sequence
+from rvdnav.evaluation import Evaluation, evaluate
+from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence
+
+SIGMAS = 5.0
+HEADINGS = (
+    "fault",
+    "sequence",
+    "refused of struck",
+    "reasons",
+    "alarm after",
+    "again after",
+    "wrong",
+    "beyond 5σ",
+    "largest error, mm / °",
+)
+
+
+@attrs.frozen(eq=False)
+class Outcome:
+    """What became of one fault on one sequence; frames without a true pose are not judged."""
+
+    fault: Fault
+    struck: list[Solution]
+    """In the order of arrival; those of dropped frames do not exist."""
+    after: list[Solution]
+    evaluation: Evaluation
+
+    @property
+    def refused(self) -> int:
+        """Struck frames without a pose."""
+        return sum(not solution.published for solution in self.struck)
+
+    @property
+    def reasons(self) -> str:
+        """Those of the refused frames, the commonest first."""
+        counts = Counter(reason.name for solution in self.struck for reason in solution.reasons)
+        return ", ".join(name for name, _ in counts.most_common(3)) or "–"
+
+    @property
+    def alarm(self) -> str:
+        """Frames from the first struck one to the first refused one."""
+        return _position([not solution.published for solution in self.struck])
+
+    @property
+    def again(self) -> str:
+        """Frames after the last struck one until a pose is published."""
+        return _position([solution.published for solution in self.after])
+
+    @property
+    def beyond(self) -> int:
+        """Published frames with a component beyond SIGMAS standard deviations."""
+        result = self.evaluation
+        return int(np.count_nonzero((np.abs(result.components) > SIGMAS * result.sigmas).any(axis=1)))
+
+
+def _position(flags: list[bool]) -> str:
+    return str(flags.index(True)) if True in flags else "–"
+
+
+def strike(sequence: Sequence, name: str) -> Outcome:
+    """Run a sequence with a fault: in all frames where it is the calibration's, else in a sixth from the middle on."""
+    middle, length = len(sequence) // 2, max(len(sequence) // 6, 3)
+    stretch = range(middle, middle + length)
+    fault = Fault(name) if name.startswith("miscalibrated") else Fault(name, (stretch,))
+    faulty = FaultySequence(sequence, [fault])
+    navigator = Navigator(faulty.rig, faulty.target)
+    solutions = [navigator.process(frame) for frame in faulty]
+    assert sequence.truth is not None
+    struck_ns = {frame.timestamp_ns for index, frame in enumerate(sequence) if fault.strikes(index)}
+    struck = [solution for solution in solutions if solution.timestamp_ns in struck_ns]
+    last = max(struck_ns)
+    after = [solution for solution in solutions if solution.timestamp_ns > last]
+    return Outcome(fault, struck, after, evaluate(solutions, sequence.truth))
+
+
+def row(name: str, outcome: Outcome) -> tuple[str, ...]:
+    """The outcome as the cells of the table."""
+    result = outcome.evaluation
+    largest = "–"
+    if result.published:
+        largest = f"{1e3 * result.position_m.max():.2f} / {np.degrees(result.attitude_rad.max()):.2f}"
+    return (
+        outcome.fault.name,
+        name,
+        f"{outcome.refused} of {len(outcome.struck)}",
+        outcome.reasons,
+        outcome.alarm,
+        outcome.again,
+        str(int(result.wrong.sum())),
+        f"{outcome.beyond} of {result.published}",
+        largest,
+    )
+
+
+def main(paths: list[str]) -> None:
+    """Print the table for the sequences at those paths."""
+    print(f"| {' | '.join(HEADINGS)} |")
+    print("|" + "---|" * len(HEADINGS))
+    sequences = [open_sequence(path) for path in paths]
+    for name in FAULT_NAMES:
+        for sequence in sequences:
+            print(f"| {' | '.join(row(sequence.path.name, strike(sequence, name)))} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,7 @@
+"""Fault injection: a recorded sequence played back with named faults, the same ones in every run."""
+
+from rvdnav.faults.catalog import FAULT_NAMES
+from rvdnav.faults.fault import Fault, parse_fault
+from rvdnav.faults.faulty_sequence import FaultySequence
+
+__all__ = ["FAULT_NAMES", "Fault", "FaultySequence", "parse_fault"]
