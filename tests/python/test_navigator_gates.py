@@ -186,3 +186,13 @@ def test_motion(good: Measurement, position_m: float, turn_deg: float, seconds: 
     change = np.array([position_m, 0.0, 0.0, 0.0, np.radians(turn_deg), 0.0])
     moved = with_pose(good, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
     assert plausible_motion(moved, prediction, seconds, SETTINGS) is expected
+
+
+@pytest.mark.parametrize(("position_m", "expected"), [(0.005, True), (0.10, False)])
+def test_motion_found_in_the_windows_of_the_prediction(good: Measurement, position_m: float, expected: bool) -> None:
+    """Far from the prediction only a search of the whole images is believed, however slow the motion."""
+    prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
+    tracked = attrs.evolve(good, frame=attrs.evolve(good.frame, bracket=None))
+    change = np.array([position_m, 0.0, 0.0, 0.0, 0.0, 0.0])
+    moved = with_pose(tracked, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
+    assert plausible_motion(moved, prediction, 0.125, SETTINGS) is expected

@@ -91,11 +91,17 @@ def weighted_rms(measurement: Measurement) -> float:
 def plausible_motion(
     measurement: Measurement, prediction: PredictedPose, seconds: float, settings: NavigatorSettings
 ) -> bool:
-    """Whether the target can have come from the prediction to the measured pose: within the prediction's and the
-    measurement's covariance together, or within what the largest speeds allow in the seconds since the last pose."""
+    """Whether the target can have come from the prediction to the measured pose.
+
+    That is within the prediction's and the measurement's covariance together; or, where the whole images were searched
+    rather than the windows that the wrong prediction opened, within what the largest speeds allow in the seconds since
+    the last pose.
+    """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
     covariance = prediction.covariance + measurement.pose.covariance
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
+    if measurement.frame.bracket is None:
+        return False
     slow = float(np.linalg.norm(error[:3])) <= settings.max_speed * seconds
     return slow and float(np.linalg.norm(error[3:])) <= settings.max_turn_rate * seconds
