@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import attrs
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rvdnav.pose import EdgeSamples, LineMeasurements, RectifiedCameras, make_T
+from rvdnav.pose import LineMeasurements, RectifiedCameras, make_T
 
 Array = NDArray[np.float64]
 
@@ -38,30 +39,36 @@ def project(camera: int, T: Array, p_C: Array) -> Array:
     return np.asarray(points, dtype=np.float64).reshape(-1, 2)
 
 
-def exact_samples(T: Array, per_edge: int = 60, sigma: float = 0.1, cameras: tuple[int, ...] = (0, 1)) -> EdgeSamples:
-    """Samples that lie on the true edges, each displaced along its edge by up to 2 px, which must not matter."""
-    camera, edge, p_C, q, n = [], [], [], [], []
+@attrs.frozen(eq=False)
+class Samples:
+    """Places where edges were found, as `fit_edge_lines` takes them."""
+
+    camera: NDArray[np.int64]
+    edge: NDArray[np.int64]
+    q: Array
+    n: Array
+    sigma: Array
+
+    def moved(self, distance: Array) -> Samples:
+        """The samples moved along their normals by distance (k,) px."""
+        return attrs.evolve(self, q=self.q + distance[:, None] * self.n)
+
+
+def exact_samples(T: Array, per_edge: int = 60, sigma: float = 0.1, cameras: tuple[int, ...] = (0, 1)) -> Samples:
+    """Samples on the true edges, each displaced along its edge by up to 2 px, which must not matter."""
+    camera, edge, q, n = [], [], [], []
     place = np.linspace(0.05, 0.95, per_edge)[:, None]
     for i in cameras:
         for e, (a, b) in enumerate(EDGES):
-            points = a + place * (b - a)
-            image = project(i, T, points)
             ends = project(i, T, EDGES[e])
             tangent = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
             normal = np.array([-tangent[1], tangent[0]])
             camera.append(np.full(per_edge, i))
             edge.append(np.full(per_edge, e))
-            p_C.append(points)
-            q.append(image + np.linspace(-2.0, 2.0, per_edge)[:, None] * tangent)
+            q.append(project(i, T, a + place * (b - a)) + np.linspace(-2.0, 2.0, per_edge)[:, None] * tangent)
             n.append(np.tile(normal, (per_edge, 1)))
-    joined = [np.concatenate(x) for x in (camera, edge, p_C, q, n)]
-    return EdgeSamples(*joined, np.full(len(joined[0]), sigma))
-
-
-def shifted(samples: EdgeSamples, distance: Array) -> EdgeSamples:
-    """The samples moved along their normals by distance (n,) px."""
-    q = samples.q + distance[:, None] * samples.n
-    return EdgeSamples(samples.camera, samples.edge, samples.p_C, q, samples.n, samples.sigma)
+    joined = [np.concatenate(x) for x in (camera, edge, q, n)]
+    return Samples(*joined, np.full(len(joined[0]), sigma))
 
 
 def exact_lines(T: Array, cov: Array, edges: tuple[int, ...] = tuple(range(8))) -> LineMeasurements:

@@ -15,8 +15,8 @@ from rvdnav.pose.euler import (
     rotation_from_euler,
 )
 from rvdnav.pose.filter import ConstantVelocityFilter, PredictedPose
-from rvdnav.pose.refine import EdgeSamples, RefinedPose, edge_residuals, refine_pose
 from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_edges, refine_pose_lines
+from rvdnav.pose.refined import RefinedPose
 from rvdnav.pose.so3 import (
     difference,
     exp,
@@ -37,7 +37,6 @@ from rvdnav.pose.triangulate import triangulate
 __all__ = [
     "ConstantVelocityFilter",
     "EdgeLines",
-    "EdgeSamples",
     "EulerAngles",
     "LineMeasurements",
     "PoseError",
@@ -45,7 +44,6 @@ __all__ = [
     "RectifiedCameras",
     "RefinedPose",
     "difference",
-    "edge_residuals",
     "elementary_x",
     "elementary_y",
     "elementary_z",
@@ -63,7 +61,6 @@ __all__ = [
     "pose_from_apexes",
     "project_to_so3",
     "quaternion_xyzw",
-    "refine_pose",
     "refine_pose_edges",
     "refine_pose_lines",
     "rotation_angle",

@@ -1,4 +1,4 @@
-"""Robust Gauss-Newton on a pose: the solver that the refinements over samples and over lines share."""
+"""Robust Gauss-Newton on a pose: the solver of the refinement."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from rvdnav.pose.errors import PoseError
 from rvdnav.pose.loss import EFFICIENT_K, Loss, cost, response, robust_scale, weights
 from rvdnav.pose.so3 import make_T, perturb, project_to_so3
 
-# Residual blocks (m, d), whitened, and their derivatives (m, d, 6) with respect to (dp, dtheta), at a pose (4, 4).
+# Residual blocks (m, 2), whitened, and their derivatives (m, 2, 6) with respect to (dp, dtheta), at a pose (4, 4).
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 # Steps are measured in standard deviations of the pose: sqrt(stepᵀ H step) / scale.
 _CONVERGED_STEP = 1e-4
 _START_STEP = 0.3
 _START_ITERATIONS = 8
+_MAX_ITERATIONS = 20
 _DAMPING = (0.0, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 1e2)
 # Largest condition number of the normal matrix scaled to unit diagonal.
 _MAX_CONDITION = 1e8
@@ -26,15 +27,14 @@ _MAX_CONDITION = 1e8
 
 @frozen(eq=False)
 class GaussNewtonSolution:
-    """The minimum that was found: pose (4, 4), the whitened blocks there (m, d) with derivatives (m, d, 6), their
-    weights (m,), the normal matrix sum(w Jᵀ J) (6, 6) with its inverse, the loss's response (see `loss.response`) and
-    how it went."""
+    """The minimum that was found: pose (4, 4), the whitened blocks there (m, 2) with their derivatives (m, 2, 6) and
+    weights (m,), the inverse (6, 6) of the normal matrix sum(w Jᵀ J), the loss's response (see `loss.response`) and how
+    it went."""
 
     T: FloatArray
     residuals: FloatArray
     jacobians: FloatArray
     weights: FloatArray
-    normal_matrix: FloatArray
     inverse: FloatArray
     response: float
     iterations: int
@@ -42,51 +42,45 @@ class GaussNewtonSolution:
 
 
 def minimise(
-    T: FloatArray,
-    evaluate: Evaluate,
-    *,
-    loss: Loss,
-    k: float | None,
-    scale_floor: float,
-    max_iterations: int,
-    near: bool = False,
+    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float | None, scale_floor: float, near: bool
 ) -> GaussNewtonSolution:
     """The pose that minimises the robust loss of the blocks, from T (4, 4) on.
 
     Tukey's loss is not convex, so the start is Huber's loss with the scale taken anew in every step; then the asked
     loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  From a
-    pose that is known to be near the minimum (`near`), that start is left out.  A step
-    that raises the cost is damped (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the pose or
-    `evaluate` raises it at T.
+    pose that is known to be near the minimum (`near`), that start is left out.  A step that raises the cost is damped
+    (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the pose or `evaluate` raises it at T.
     """
     residuals, jacobians = evaluate(T)
-    components = residuals.shape[1]
+    norms = _norms(residuals)
+    asked_k = EFFICIENT_K[loss] if k is None else k
     phase: Loss = "huber"
     phase_k, scale = EFFICIENT_K["huber"], scale_floor
-    starting, iterations, converged = not near, 0, False
     if near:
-        scale = robust_scale(_norms(residuals), components, scale_floor)
-        phase, phase_k = loss, EFFICIENT_K[loss] if k is None else k
-    while iterations < max_iterations and not converged:
-        norms = _norms(residuals)
+        scale = robust_scale(norms, scale_floor)
+        phase, phase_k = loss, asked_k
+    starting, iterations, converged = not near, 0, False
+    while iterations < _MAX_ITERATIONS and not converged:
         if starting:
-            scale = robust_scale(norms, components, scale_floor)
+            scale = robust_scale(norms, scale_floor)
         w = weights(norms, phase, phase_k, scale)
         normal_matrix, gradient = _normal_equations(residuals, jacobians, w)
         units, eigenvalues, eigenvectors = _decompose(normal_matrix)
         # The loss curves less than its weights say; without this the steps are too short and convergence is slow.
-        gradient /= response(norms, components, phase, phase_k, scale)
+        gradient /= response(norms, phase, phase_k, scale)
+        along = eigenvectors.T @ (units * gradient)
         before = cost(norms, phase, phase_k, scale)
         for damping in _DAMPING:
-            step = -units * (eigenvectors @ ((eigenvectors.T @ (units * gradient)) / (eigenvalues + damping)))
+            step = -units * (eigenvectors @ (along / (eigenvalues + damping)))
             length = float(np.sqrt(step @ normal_matrix @ step)) / scale
             moved = perturb(T, step)
             trial = _try(evaluate, moved)
+            if trial is None:
+                continue
+            trial_norms = _norms(trial[0])
             # A step this short is at the rounding of the cost, where comparing costs says nothing.
-            if trial is not None and (
-                length < _CONVERGED_STEP or cost(_norms(trial[0]), phase, phase_k, scale) <= before
-            ):
-                T = moved
+            if length < _CONVERGED_STEP or cost(trial_norms, phase, phase_k, scale) <= before:
+                T, norms = moved, trial_norms
                 residuals, jacobians = trial
                 break
         else:
@@ -95,9 +89,8 @@ def minimise(
         if not starting:
             converged = length < _CONVERGED_STEP
         elif length < _START_STEP or iterations == _START_ITERATIONS:
-            scale = robust_scale(_norms(residuals), components, scale_floor)
-            phase, phase_k, starting = loss, EFFICIENT_K[loss] if k is None else k, False
-    norms = _norms(residuals)
+            scale = robust_scale(norms, scale_floor)
+            phase, phase_k, starting = loss, asked_k, False
     w = weights(norms, phase, phase_k, scale)
     normal_matrix, _ = _normal_equations(residuals, jacobians, w)
     return GaussNewtonSolution(
@@ -105,9 +98,8 @@ def minimise(
         residuals=residuals,
         jacobians=jacobians,
         weights=w,
-        normal_matrix=normal_matrix,
         inverse=_inverse(normal_matrix),
-        response=response(norms, components, phase, phase_k, scale),
+        response=response(norms, phase, phase_k, scale),
         iterations=iterations,
         converged=converged,
     )
@@ -140,7 +132,7 @@ def _decompose(normal_matrix: FloatArray) -> tuple[FloatArray, FloatArray, Float
     diagonal = np.diagonal(normal_matrix)
     if (diagonal > 0.0).all():
         units = 1.0 / np.sqrt(diagonal)
-        eigenvalues, eigenvectors = np.linalg.eigh(normal_matrix * np.outer(units, units))
+        eigenvalues, eigenvectors = np.linalg.eigh(normal_matrix * (units[:, None] * units))
         if eigenvalues[0] * _MAX_CONDITION > eigenvalues[-1]:
             return units, eigenvalues, eigenvectors
     raise PoseError("the measurements do not determine the pose")

@@ -1,4 +1,4 @@
-"""Refinement of a pose over fitted lines: the coarse step where no edge samples exist yet.
+"""Refinement of a pose over lines that were fitted to the images of the target's edges.
 
 The residuals of a line are the signed distances (px) of the projections of its edge's two endpoints a_C and b_C to the
 measured line rho = x cos(theta) + y sin(theta), in rectified px from the principal point.
@@ -6,26 +6,30 @@ measured line rho = x cos(theta) + y sin(theta), in rectified px from the princi
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from attrs import Factory, field, frozen
 from numpy.typing import ArrayLike
 
 from rvdnav.pose.arrays import FloatArray, IntArray, float_array
-from rvdnav.pose.cameras import RectifiedCameras, project_along
-from rvdnav.pose.covariance import white_covariance
+from rvdnav.pose.cameras import DirectedPoints, RectifiedCameras
 from rvdnav.pose.errors import PoseError
-from rvdnav.pose.gauss_newton import minimise
+from rvdnav.pose.gauss_newton import GaussNewtonSolution, minimise
 from rvdnav.pose.loss import Loss
-from rvdnav.pose.refine import RefinedPose, refined_pose
+from rvdnav.pose.refined import RefinedPose, refined_pose
 
-# Least independent part of an endpoint distance's standard deviation, px; an edge seen end-on has nothing else in its
-# tilt.
+# Least standard deviation of what displaces an endpoint by itself, px; an edge seen end-on has only this in its tilt.
 _ENDPOINT_SIGMA = 0.02
-# Largest one that is still noise rather than a wrong model, px.
-_MAX_ENDPOINT_SIGMA = 1.0
+# The same as offset and as tilt.
+_MIN_SIGMA = _ENDPOINT_SIGMA / math.sqrt(2.0)
+# Largest that are still noise rather than a wrong model, px.
+_MAX_SIGMA = 0.7
+# Where the search for them begins: large, so that edges displaced alike are not taken for outliers of a few that agree.
+_START_SIGMA = 0.15
 _VARIANCE_ROUNDS = 2
 _BISECTIONS = 12
-# Lines are few and share six parameters with the pose, so their scatter alone would make a scale that is too small.
+# The robust scale is never below this many stated sigmas: so few lines can agree closely by chance.
 _SCALE_FLOOR = 1.0
 
 
@@ -74,6 +78,15 @@ class LineMeasurements:
         return len(self.camera)
 
 
+@frozen
+class _Displacement:
+    """Standard deviations, px, of what displaces lines beyond their covariances: offset of a whole line, tilt of its
+    ends in opposite directions."""
+
+    offset: float
+    tilt: float
+
+
 def line_residuals(
     T_world_target: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras
 ) -> tuple[FloatArray, FloatArray]:
@@ -81,10 +94,7 @@ def line_residuals(
 
     Raises PoseError if an endpoint is not in front of its camera.
     """
-    normals = np.repeat(np.column_stack([np.cos(lines.theta), np.sin(lines.theta)]), 2, axis=0)
-    points = lines.endpoints_C.reshape(-1, 3)
-    projected, derivative = project_along(cameras, np.repeat(lines.camera, 2), T_world_target, points, normals)
-    return projected.reshape(-1, 2) - lines.rho[:, None], derivative.reshape(-1, 2, 6)
+    return _residuals(T_world_target, lines, _directed_endpoints(lines, cameras))
 
 
 def refine_pose_lines(
@@ -94,77 +104,127 @@ def refine_pose_lines(
     *,
     loss: Loss = "tukey",
     k: float | None = None,
-    max_iterations: int = 20,
     endpoint_sigma: float = _ENDPOINT_SIGMA,
     near: bool = False,
 ) -> RefinedPose:
     """The pose that fits the lines best, from T_world_target (4, 4) on; a line is trusted or rejected as a whole.
 
-    endpoint_sigma, px: standard deviation of what displaces each endpoint by itself, beside the lines' covariances.
+    loss, k: the robust loss and its bound in robust standard deviations (4.685 for Tukey's, 1.345 for Huber's if not
+    given).  endpoint_sigma, px: standard deviation of what displaces each endpoint by itself, beside the lines'
+    covariances; the distances are whitened by all these, taken where the endpoints lie at the start.
     near: the start is known to be near the minimum, so outliers are told by it at once.
-    The distances are whitened by all these, taken where the endpoints lie at the start.  The covariance of
-    the result is omega² H⁻¹ with omega from the residuals, but at least 1: a line's own covariance knows only its fit.
     Raises PoseError if the lines do not determine the pose or the target is not in front of the cameras.
     """
-    if len(lines) < 3:
-        raise PoseError(f"{len(lines)} lines do not determine the pose")
-    T = float_array(T_world_target, 4, 4)
-    whitening = _whitening(T, lines, cameras, endpoint_sigma)
-
-    def evaluate(T: FloatArray) -> tuple[FloatArray, FloatArray]:
-        distances, derivatives = line_residuals(T, lines, cameras)
-        return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
-
-    solution = minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, max_iterations=max_iterations, near=near)
-    distances, _ = line_residuals(solution.T, lines, cameras)
-    keys = zip(lines.camera.tolist(), lines.edge.tolist(), strict=True)
-    rms = np.sqrt(np.mean(distances**2, axis=1))
-    return refined_pose(
-        solution, white_covariance(solution, min_omega=1.0), distances, dict(zip(keys, rms.tolist(), strict=True))
-    )
+    # Ends that move independently of each other move their mean and half their difference alike.
+    displacement = _Displacement(endpoint_sigma / math.sqrt(2.0), endpoint_sigma / math.sqrt(2.0))
+    solution = _solve(T_world_target, lines, cameras, displacement, near=near, loss=loss, k=k)
+    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0])
 
 
 def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> RefinedPose:
-    """As `refine_pose_lines`, with the endpoint_sigma that the lines themselves show.
+    """As `refine_pose_lines`, with the displacement that the lines themselves show.
 
-    Lens remains, aliasing and the model's own errors displace edges by more than their fits know.  Their variance is
-    the one at which the weighted squares of the residuals come to their degrees of freedom, so weights and covariance
-    follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982).
+    Lens remains, aliasing, light and the model's own errors displace edges by more than their fits know.  The variances
+    of offsets and of tilts are those at which the weighted squares of either come to their degrees of freedom, so
+    weights and covariance follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982;
+    here for two components, whose degrees of freedom are the lines less the leverage of the pose on them).
     """
-    endpoint_sigma = 4.0 * _ENDPOINT_SIGMA
+    displacement = _Displacement(_START_SIGMA, _START_SIGMA)
     T, near = T_world_target, False
     for _ in range(_VARIANCE_ROUNDS):
-        pose = refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma, near=near)
-        T, near = pose.T_world_target, True
-        endpoint_sigma = _consistent_sigma(pose, lines, cameras)
-    return refine_pose_lines(T, lines, cameras, endpoint_sigma=endpoint_sigma, near=near)
+        solution = _solve(T, lines, cameras, displacement, near=near)
+        T, near = solution.T, True
+        displacement = _shown_displacement(solution, lines, cameras)
+    solution = _solve(T, lines, cameras, displacement, near=near)
+    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0])
 
 
-def _consistent_sigma(pose: RefinedPose, lines: LineMeasurements, cameras: RectifiedCameras) -> float:
-    """The endpoint_sigma at which the residuals' weighted squares equal their degrees of freedom."""
-    freedom = max(2.0 * float(pose.weights.sum()) - 6.0, 1.0)
+def _solve(
+    T_world_target: FloatArray,
+    lines: LineMeasurements,
+    cameras: RectifiedCameras,
+    displacement: _Displacement,
+    *,
+    near: bool,
+    loss: Loss = "tukey",
+    k: float | None = None,
+) -> GaussNewtonSolution:
+    if len(lines) < 3:
+        raise PoseError(f"{len(lines)} lines do not determine the pose")
+    T = float_array(T_world_target, 4, 4)
+    endpoints = _directed_endpoints(lines, cameras)
+    whitening = _whitening(_offset_tilt_covariance(T, lines, cameras), displacement)
 
-    def excess(sigma: float) -> float:
-        white = np.einsum("nij,nj->ni", _whitening(pose.T_world_target, lines, cameras, sigma), pose.residuals)
-        return float(np.sum(pose.weights[:, None] * white**2)) / freedom - 1.0
+    def evaluate(T: FloatArray) -> tuple[FloatArray, FloatArray]:
+        distances, derivatives = _residuals(T, lines, endpoints)
+        return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
 
-    low, high = _ENDPOINT_SIGMA, _MAX_ENDPOINT_SIGMA
-    if excess(low) <= 0.0:
-        return low
-    for _ in range(_BISECTIONS):
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
-    return high
+    return minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, near=near)
 
 
-def _whitening(T: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras, endpoint_sigma: float) -> FloatArray:
-    """Matrices (n, 2, 2) that turn a line's two distances into independent ones of unit variance."""
+def _directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:
+    normals = np.column_stack([np.cos(lines.theta), np.sin(lines.theta)])
+    points = lines.endpoints_C.reshape(-1, 3)
+    return DirectedPoints.of(cameras, np.repeat(lines.camera, 2), points, np.repeat(normals, 2, axis=0))
+
+
+def _residuals(T: FloatArray, lines: LineMeasurements, endpoints: DirectedPoints) -> tuple[FloatArray, FloatArray]:
+    projected, derivatives = endpoints.project(T)
+    return projected.reshape(-1, 2) - lines.rho[:, None], derivatives.reshape(-1, 2, 6)
+
+
+def _offset_tilt_covariance(T: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> FloatArray:
+    """Variance of each line's offset, covariance of both, variance of its tilt (3, n), px², as far as they are known.
+
+    The offset is the mean of its endpoints' distances, the tilt half of their difference.
+    """
     points_W = lines.endpoints_C.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3]
     xy = cameras.project(np.repeat(lines.camera, 2), points_W).reshape(-1, 2, 2)
     along = xy[:, :, 1] * np.cos(lines.theta)[:, None] - xy[:, :, 0] * np.sin(lines.theta)[:, None]
-    # distance = x cos(theta) + y sin(theta) - rho, so its derivatives are -1 by rho and `along` by theta.
-    G = np.stack([-np.ones_like(along), along], axis=2)
-    covariance = G @ lines.cov @ G.transpose(0, 2, 1) + endpoint_sigma**2 * np.eye(2)
-    covariance = covariance + (lines.shift_sigma**2)[:, None, None]
-    whitening: FloatArray = np.linalg.inv(np.linalg.cholesky(covariance))
-    return whitening
+    # distance = x cos(theta) + y sin(theta) - rho: its derivatives are -1 by rho and `along` by theta.
+    middle, half = 0.5 * (along[:, 0] + along[:, 1]), 0.5 * (along[:, 1] - along[:, 0])
+    by_rho, mixed, by_theta = lines.cov[:, 0, 0], lines.cov[:, 0, 1], lines.cov[:, 1, 1]
+    offset = by_rho - 2.0 * middle * mixed + middle**2 * by_theta + lines.shift_sigma**2
+    return np.stack([offset, half * (middle * by_theta - mixed), half**2 * by_theta])
+
+
+def _whitening(known: FloatArray, displacement: _Displacement) -> FloatArray:
+    """Matrices (n, 2, 2) that turn a line's two distances into independent ones of unit variance: its offset, and what
+    its tilt has beyond what the offset tells of it."""
+    offset_variance = known[0] + displacement.offset**2
+    slope = known[1] / offset_variance
+    tilt_sigma = np.sqrt(known[2] + displacement.tilt**2 - slope * known[1])
+    by_offset = 0.5 / np.sqrt(offset_variance)
+    by_first, by_second = -0.5 * (1.0 + slope) / tilt_sigma, 0.5 * (1.0 - slope) / tilt_sigma
+    return np.stack([by_offset, by_offset, by_first, by_second], axis=1).reshape(-1, 2, 2)
+
+
+def _shown_displacement(
+    solution: GaussNewtonSolution, lines: LineMeasurements, cameras: RectifiedCameras
+) -> _Displacement:
+    """The displacement at which the weighted squares of offsets and of tilts equal their degrees of freedom."""
+    w, J = solution.weights, solution.jacobians
+    leverage = np.einsum("n,nki,ij,nkj->k", w, J, solution.inverse, J, optimize=True)
+    freedom = np.maximum(float(w.sum()) - leverage, 1.0)
+    distances, _ = line_residuals(solution.T, lines, cameras)
+    offset, tilt = 0.5 * (distances[:, 0] + distances[:, 1]), 0.5 * (distances[:, 1] - distances[:, 0])
+    known_offset, mixed, known_tilt = _offset_tilt_covariance(solution.T, lines, cameras)
+    offset_sigma = _consistent_sigma(w * offset**2, known_offset, float(freedom[0]))
+    slope = mixed / (known_offset + offset_sigma**2)
+    tilt_sigma = _consistent_sigma(w * (tilt - slope * offset) ** 2, known_tilt - slope * mixed, float(freedom[1]))
+    return _Displacement(offset_sigma, tilt_sigma)
+
+
+def _consistent_sigma(squares: FloatArray, known: FloatArray, freedom: float) -> float:
+    """The sigma at which the sum of squares / (known + sigma²) is the freedom, within its bounds."""
+
+    def excess(sigma: float) -> float:
+        return float(np.sum(squares / (known + sigma**2))) - freedom
+
+    low, high = _MIN_SIGMA, _MAX_SIGMA
+    if excess(low) <= 0.0:
+        return low
+    for _ in range(_BISECTIONS):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
+    return high

@@ -7,6 +7,8 @@ Formulas: J. Solà, J. Deray, D. Atchuthan, "A micro Lie theory for state estima
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rvdnav.pose.arrays import FloatArray
@@ -26,14 +28,14 @@ def _series(angle: float) -> tuple[float, float, float]:
     if angle < _SMALL_ANGLE:
         square = angle * angle
         return 1.0 - square / 6.0, 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
-    sine, half_sine = np.sin(angle), np.sin(angle / 2.0)
+    sine, half_sine = math.sin(angle), math.sin(angle / 2.0)
     # 2 sin²(a/2) instead of 1 - cos a: the difference of near-equal numbers loses half the digits.
     return sine / angle, 2.0 * (half_sine / angle) ** 2, (angle - sine) / angle**3
 
 
 def exp(omega: FloatArray) -> FloatArray:
     """Rotation matrix (3, 3) of the rotation vector omega (3,), rad (Rodrigues)."""
-    a, b, _ = _series(float(np.linalg.norm(omega)))
+    a, b, _ = _series(math.sqrt(omega @ omega))
     skew = hat(omega)
     rotation: FloatArray = np.eye(3) + a * skew + b * (skew @ skew)
     return rotation
@@ -55,7 +57,7 @@ def log(R: FloatArray) -> FloatArray:
 
 def left_jacobian(omega: FloatArray) -> FloatArray:
     """J (3, 3) with exp(omega + d) = exp(J d) exp(omega) to first order in d."""
-    _, b, c = _series(float(np.linalg.norm(omega)))
+    _, b, c = _series(math.sqrt(omega @ omega))
     skew = hat(omega)
     jacobian: FloatArray = np.eye(3) + b * skew + c * (skew @ skew)
     return jacobian
