@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from drawn_scene import bracket_target, draw_frame, example_rig, pose
 from rvdnav.core import Core
+from rvdnav.navigator.agreement import view_difference
 from rvdnav.navigator.gates import failed_gates, plausible_motion
 from rvdnav.navigator.measurement import Measurement, disparity_errors, measure
 from rvdnav.navigator.settings import NavigatorSettings
-from rvdnav.pose import PredictedPose, perturb
+from rvdnav.pose import LineMeasurements, PredictedPose, perturb
 from rvdnav.solution import Reason
 
 RIG, TARGET = example_rig(), bracket_target()
@@ -144,6 +145,33 @@ def test_views_that_contradict_each_other(good: Measurement) -> None:
     assert reasons(moved_matches(good, 0.8 * SETTINGS.max_disparity_px)) == frozenset()
     for sign in (1, -1):
         assert reasons(moved_matches(good, sign * 1.3 * SETTINGS.max_disparity_px)) == {Reason.CROSS_VIEW}
+
+
+def turned_right_view(measurement: Measurement, degrees: float) -> Measurement:
+    """The measurement with the right image turned about its principal point."""
+    theta = measurement.lines.theta + np.radians(degrees) * (measurement.lines.camera == 1)
+    return attrs.evolve(measurement, lines=attrs.evolve(measurement.lines, theta=theta))
+
+
+def test_views_that_each_tell_of_another_pose(good: Measurement) -> None:
+    assert view_difference(good, RIG, SETTINGS.calibration_sigma) < 0.6 * SETTINGS.view_sigmas
+    for degrees in (0.05, -0.05):  # a sound calibration's error
+        assert reasons(turned_right_view(good, degrees)) == frozenset()
+    for degrees in (0.3, -0.3):
+        assert reasons(turned_right_view(good, degrees)) == {Reason.CROSS_VIEW}
+
+
+def test_a_calibration_may_be_trusted_less(good: Measurement) -> None:
+    turned = turned_right_view(good, 0.3)
+    differences = [view_difference(turned, RIG, sigma) for sigma in (1e-4, 7e-4, 5e-3, 1.0)]
+    assert differences == sorted(differences, reverse=True)
+    assert reasons(turned, attrs.evolve(SETTINGS, calibration_sigma=5e-3)) == frozenset()
+
+
+def test_a_view_that_determines_no_pose_by_itself_contradicts_nothing(good: Measurement) -> None:
+    kept = (good.lines.camera == 0) | (good.lines.edge < 2)
+    few = [getattr(good.lines, field.name)[kept] for field in attrs.fields(LineMeasurements)]
+    assert view_difference(attrs.evolve(good, lines=LineMeasurements(*few)), RIG, SETTINGS.calibration_sigma) == 0.0
 
 
 def test_a_minority_of_points_matched_elsewhere_is_no_contradiction(good: Measurement) -> None:

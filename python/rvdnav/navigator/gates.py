@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rvdnav.navigator.agreement import view_difference
 from rvdnav.navigator.measurement import Measurement, disparity_errors
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
@@ -43,6 +44,8 @@ def failed_gates(
     # Of faces without texture a few points are matched to something else: only most of them together contradict.
     astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
     if len(errors) >= _MIN_MATCHES and 2 * astray > len(errors):
+        reasons.add(Reason.CROSS_VIEW)
+    if view_difference(measurement, rig, settings.calibration_sigma) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
     if not range_gate[0] <= distance <= range_gate[1]:

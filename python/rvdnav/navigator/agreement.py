@@ -1,0 +1,46 @@
+"""Whether the two views tell of the same pose: each by itself, from the target's known size, and both together."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.measurement import Measurement
+from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, refine_pose_lines
+from rvdnav.rig import Rig
+
+# Standard deviation of what displaces an edge's end by itself, px; where it is more, the residuals tell.
+_ENDPOINT_SIGMA_PX = 0.08
+
+
+def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float) -> float:
+    """Distance between the pose that the left view's lines give alone and the right one's, in standard deviations.
+
+    The refinement over both views gives up lines that contradict the others, and so can follow one view and the
+    disparity into a pose that the other view denies.  Here every line of a view counts.  calibration_sigma, rad: what
+    the calibration of a camera may err, of the attitude and of the position as a part of the range.  0 where a view
+    determines no pose by itself.
+    """
+    cameras = rectified_cameras(rig)
+    T, lines = measurement.pose.T_world_target, measurement.lines
+    views: list[RefinedPose] = []
+    try:
+        for camera in range(len(rig.cameras)):
+            views.append(
+                refine_pose_lines(
+                    T, _of_camera(lines, camera), cameras, endpoint_sigma=_ENDPOINT_SIGMA_PX, near=True, loss="huber"
+                )
+            )
+    except PoseError:
+        return 0.0
+    left, right = views
+    error = difference(left.T_world_target, right.T_world_target)
+    floor = np.repeat([calibration_sigma * float(np.linalg.norm(T[:3, 3])), calibration_sigma], 3)
+    covariance = left.covariance + right.covariance + np.diag(floor**2)
+    return float(np.sqrt(error @ np.linalg.solve(covariance, error)))
+
+
+def _of_camera(lines: LineMeasurements, camera: int) -> LineMeasurements:
+    chosen = lines.camera == camera
+    return LineMeasurements(*(getattr(lines, field.name)[chosen] for field in attrs.fields(LineMeasurements)))
