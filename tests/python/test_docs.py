@@ -9,6 +9,7 @@ from pathlib import Path
 import attrs
 import pytest
 from rvdnav.core.config import make_config
+from rvdnav.faults import FAULT_NAMES
 from rvdnav.navigator import NavigatorSettings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,12 +49,21 @@ def test_the_table_of_thresholds_follows_the_formula(mean: int) -> None:
     assert table[mean] == pytest.approx(expected, abs=0.051)
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/algorithm.md", "docs/conventions.md", "CONTRIBUTING.md"])
+DOCUMENTS = ["README.md", "CONTRIBUTING.md", "docs/algorithm.md", "docs/conventions.md", "docs/faults.md"]
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
 def test_links_between_documents_lead_somewhere(name: str) -> None:
     document = ROOT / name
     links = re.findall(r"\]\(([^)#:]+)\)", document.read_text(encoding="utf-8"))
     for link in links:
         assert (document.parent / link).exists(), link
+
+
+def test_every_fault_is_measured_in_the_table() -> None:
+    table = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8").partition("## Measured")[2]
+    rows = re.findall(r"^\| ([a-z0-9_.]+) \| (approach|sunlit) \|", table, re.MULTILINE)
+    assert rows == [(fault, sequence) for fault in FAULT_NAMES for sequence in ("approach", "sunlit")]
 
 
 def test_files_named_in_the_algorithm_exist() -> None:
