@@ -40,6 +40,9 @@ inline double normal(plain::Random& random) {
   return sum - 6.0;
 }
 
+// Beyond this distance from the line nothing changes any more, pixels.
+constexpr double kNear = 15.0;
+
 // The grey value at a distance from the line.
 inline double grey_at(const Look& look, double distance) {
   double grey = look.base;
@@ -62,6 +65,10 @@ inline plain::Grey draw(const rvdnav_rig& rig, int camera, const rvdnav::Line2& 
   for (int v = 0; v < rig.height; ++v) {
     for (int u = 0; u < rig.width; ++u) {
       const double middle = distance_at(u, v);
+      if (std::abs(middle) > kNear) {
+        image.at(u, v) = static_cast<uint8_t>(std::round(grey_at(look, middle) + noise * normal(random)));
+        continue;
+      }
       const double du = distance_at(u + 0.5, v) - distance_at(u - 0.5, v);
       const double dv = distance_at(u, v + 0.5) - distance_at(u, v - 0.5);
       double sum = 0.0;

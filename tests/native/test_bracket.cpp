@@ -219,7 +219,7 @@ TEST_CASE("every edge is matched with the segment that lies on it best") {
 TEST_CASE("the bracket is acquired among distractors, or nothing is, but never another pose") {
   plain::Random random(64);
   int found = 0;
-  constexpr int kScenes = 60;
+  constexpr int kScenes = plain::scenes(60);
   for (int i = 0; i < kScenes; ++i) {
     const Pose truth = random_pose(random, 0.45, 1.5, 0.5, M_PI);
     View both[2];
