@@ -95,3 +95,17 @@ TEST_CASE("opposite polarities rank before equal ones, then the longer bar") {
   CHECK(best.bars[0].rho == found.bars[0].rho);
   CHECK(best.bars[1].rho == found.bars[1].rho);
 }
+
+TEST_CASE("sides whose angles lie at both ends of the theta range make a bar") {
+  const Vector2d d(std::sqrt(0.5), std::sqrt(0.5));
+  const Vector2d n(-d.y(), d.x());
+  // Normals along (1, -1), one turned a little to each side.
+  const std::vector<rvdnav_segment> segments = {segment_between(20.0 * d - 5.0 * n, 100.0 * d - 4.0 * n, 60.0 * d),
+                                                segment_between(20.0 * d + 5.0 * n, 100.0 * d + 4.0 * n, 60.0 * d)};
+  REQUIRE(std::abs(segments[0].theta - segments[1].theta) > 3.0);
+  const Found found = find(segments);
+  REQUIRE(found.bars.size() == 1);
+  CHECK(found.bars[0].width == doctest::Approx(9.0).epsilon(0.01));
+  CHECK(std::abs(found.bars[0].rho) < 0.01);
+  CHECK(found.bars[0].t_max - found.bars[0].t_min == doctest::Approx(80.0).epsilon(0.01));
+}

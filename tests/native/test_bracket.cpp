@@ -239,6 +239,28 @@ TEST_CASE("the bracket is acquired among distractors, or nothing is, but never a
   CHECK(found >= kScenes - 2);
 }
 
+TEST_CASE("one view proposes the true pose") {
+  plain::Random random(72);
+  int missed = 0;
+  for (int i = 0; i < plain::scenes(40); ++i) {
+    const Pose truth = random_pose(random, 0.5, 0.9, 0.6, M_PI);
+    View view;
+    views::add_bracket(view, i % 2, truth, random, 0.0);
+    std::vector<rvdnav_bar> bars(256);
+    uint32_t total = 0;
+    const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()), {2.2, 45.0},
+                                     bars.data(), 256, &total);
+    Proposal proposals[32];
+    bool limited = false;
+    const uint32_t n = propose_brackets(views::rig(), kModel, i % 2, {view.face(), bars.data(), count}, kGate, 20000,
+                                        proposals, 32, &limited);
+    double least = 1.0;
+    for (uint32_t k = 0; k < n; ++k) least = std::min(least, turn_of(proposals[k].pose, truth));
+    missed += least < 0.05 ? 0 : 1;
+  }
+  CHECK(missed <= 1);  // a fit may end in the mirror image about the line of sight
+}
+
 TEST_CASE("three bars are enough, two are not") {
   plain::Random random(65);
   for (int i = 0; i < 24; ++i) {
