@@ -70,3 +70,18 @@ def a_run(timestamps_ns, seed=5):
             )
         solutions.append(solution)
     return solutions
+
+
+FRAMES = 8
+
+
+class Scripted:
+    """A navigator that gives the made-up run of 8 frames, so that what calls it is tested alone."""
+
+    def __init__(self, rig, target):
+        self.run = None
+
+    def process(self, frame):
+        if self.run is None:
+            self.run = iter(a_run([frame.timestamp_ns + 125_000_000 * i for i in range(FRAMES)]))
+        return next(self.run)

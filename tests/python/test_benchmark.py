@@ -6,21 +6,7 @@ from rvdnav.benchmark import benchmark
 from rvdnav.cli.app import execute
 from rvdnav.errors import InputError
 from rvdnav.sequence import open_sequence
-from solutions import a_run
-
-FRAMES = 8
-
-
-class Scripted:
-    """Gives the made-up run; a fresh one is always at its first frame."""
-
-    def __init__(self, rig, target):
-        self.run = None
-
-    def process(self, frame):
-        if self.run is None:
-            self.run = iter(a_run([frame.timestamp_ns + 125_000_000 * i for i in range(FRAMES)]))
-        return next(self.run)
+from solutions import FRAMES, Scripted
 
 
 @pytest.fixture

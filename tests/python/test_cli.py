@@ -13,21 +13,7 @@ import rvdnav.cli.run
 from rvdnav.cli.app import execute
 from rvdnav.sequence import open_sequence, write_tum
 from rvdnav.solution import Reason, Solution, State
-from solutions import a_run, true_poses
-
-FRAMES = 8
-
-
-class Scripted:
-    """A navigator that gives the made-up run, so that the command line is tested alone."""
-
-    def __init__(self, rig, target):
-        self.run = None
-
-    def process(self, frame):
-        if self.run is None:
-            self.run = iter(a_run([frame.timestamp_ns + 125_000_000 * i for i in range(FRAMES)]))
-        return next(self.run)
+from solutions import FRAMES, Scripted, true_poses
 
 
 class Blind(Scripted):

@@ -6,18 +6,7 @@ from rvdnav.errors import InputError
 from rvdnav.evaluation import evaluate, pose_error
 from rvdnav.solution import Mode, Solution, State
 from scipy.spatial.transform import Rotation
-
-
-class Truth(dict):
-    def at(self, timestamp_ns):
-        return self.get(timestamp_ns)
-
-
-def transform(position, rotation_vector=(0, 0, 0)):
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_rotvec(rotation_vector).as_matrix()
-    T[:3, 3] = position
-    return T
+from solutions import Truth, transform
 
 
 def published(timestamp_ns, T, covariance=None):

@@ -69,13 +69,13 @@ def _every_bar_shown(shown: BoolArray, attempted: IntArray, least: int) -> bool:
 def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
     """How many bars in how many views look as if they were measured one bar's width beside themselves.
 
-    shown (cameras, edges): edges that agree with the pose; polarity (cameras, edges): +1 brighter towards the inside of
-    the frame.  A pose that lies a bar's width off finds the outer edge of a bar where its inner one is, or the other
-    way round: that edge's light side is on the wrong side, and the bar's other edge finds nothing.
+    shown (cameras, edges): edges that agree with the pose.  polarity (cameras, edges): as `Measurement.polarity`, which
+    is +1 where it is brighter towards the inside of the frame, around which the edges run.  A pose that lies a bar's
+    width off finds the outer edge of a bar where its inner one is, or the other way round: that edge's light side is on
+    the wrong side, and the bar's other edge finds nothing.
     """
-    lighter = polarity.reshape(len(polarity), -1, 2) * np.array(
-        [1, -1]
-    )  # +1: the bar is lighter than what is beside it
+    # +1: the bar is lighter than what is beside it.
+    lighter = polarity.reshape(len(polarity), -1, 2) * np.array([1, -1])
     seen = shown.reshape(lighter.shape)
     both = seen.all(axis=2)
     usual = np.sign(lighter[both].sum())
