@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
+import attrs
 import cv2
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ import yaml
 from conftest import CAMCHAIN
 from rvdnav.camera import CameraModel
 from rvdnav.errors import InputError
-from rvdnav.rig import Rig, load_rig, save_rig, world_from_camchain
+from rvdnav.rig import Rig, calibration_parameters, load_rig, save_rig, world_from_camchain
 from scipy.spatial.transform import Rotation
 
 LEFT = CameraModel(704, 576, 668.42, 669.15, 356.83, 283.41, [-0.2034, 0.0617, 0.00052, -0.00041])
@@ -251,3 +253,79 @@ def test_agreement_within_rounding(tmp_path: Path) -> None:
     values = yaml.safe_load(path.read_text())
     path.write_text(yaml.safe_dump({key: np.round(T, 7).tolist() for key, T in values.items()}))
     np.testing.assert_allclose(load_rig(tmp_path).T_world_cam, STEREO.T_world_cam, atol=2e-7)
+
+
+def covariance(size: int) -> np.ndarray:
+    """Of scales as different as those of a calibration, strongly correlated."""
+    root = np.random.default_rng(4).standard_normal((size, size + 3)) * np.geomspace(1.0, 1e-7, size)[:, None]
+    root += 3.0 * root[:, :1]
+    return root @ root.T
+
+
+ALONE = Rig((LEFT,), (STEREO.T_world_cam[0],))
+
+
+@pytest.mark.parametrize(("rig", "size"), [(STEREO, 22), (ALONE, 8)], ids=["stereo", "one camera"])
+def test_the_calibration_covariance_goes_through_the_file(rig: Rig, size: int, tmp_path: Path) -> None:
+    assert rig.calibration_covariance is None
+    stated = covariance(size)
+    stated[3] = stated[:, 3] = 0.0  # held fixed
+    save_rig(attrs.evolve(rig, calibration_covariance=stated), tmp_path)
+    values = yaml.safe_load((tmp_path / "rig.yaml").read_text())["calibration_covariance"]
+    assert values["parameters"] == list(calibration_parameters(len(rig.cameras)))
+    np.testing.assert_allclose(np.array(values["matrix"], dtype=np.float64), stated, rtol=1e-12)  # no number is a text
+    np.testing.assert_allclose(load_rig(tmp_path).calibration_covariance, stated, rtol=1e-12)
+
+
+def test_the_order_of_the_parameters() -> None:
+    own = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+    left, right = ([f"cam{i}.{name}" for name in own] for i in range(2))
+    pair = [f"cam1_cam0.{name}" for name in ("rx", "ry", "rz", "tx", "ty", "tz")]
+    assert list(calibration_parameters(1)) == left
+    assert list(calibration_parameters(2)) == [*left, *right, *pair]
+
+
+def test_a_perturbed_rig_has_the_changed_parameters_and_their_world() -> None:
+    delta = np.random.default_rng(6).standard_normal(22)
+    delta *= np.array([1.0, 1.0, 1.0, 1.0, 0.01, 0.01, 1e-3, 1e-3] * 2 + [0.01] * 3 + [0.003] * 3)
+    rig = attrs.evolve(STEREO, calibration_covariance=covariance(22)).perturbed(delta)
+    for index, (camera, before) in enumerate(zip(rig.cameras, STEREO.cameras, strict=True)):
+        changed = [camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]
+        given = np.array([before.fx, before.fy, before.cx, before.cy, *before.distortion])
+        np.testing.assert_allclose(changed, given + delta[8 * index : 8 * index + 8], atol=1e-12)
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_rotvec(delta[16:19]).as_matrix() @ T_CAM1_CAM0[:3, :3]
+    T[:3, 3] = T_CAM1_CAM0[:3, 3] + delta[19:]
+    np.testing.assert_allclose(rig.T_world_cam, world_from_camchain(T), atol=1e-12)
+    assert rig.calibration_covariance is not None
+    alone = ALONE.perturbed(delta[:8])
+    assert alone.cameras == rig.cameras[:1]
+    np.testing.assert_allclose(alone.T_world_cam, ALONE.T_world_cam, atol=1e-15)
+
+
+def asymmetric(values: dict[str, list[object]]) -> None:
+    values["matrix"][2][5] += 1e-3  # type: ignore[index]
+
+
+COVARIANCE_FAULTS = [
+    (lambda c: c["parameters"].reverse(), r"parameters\[0\] is 'cam1_cam0.tz', not 'cam0.fx'"),
+    (lambda c: c["parameters"].pop(), "parameters has 21 names, not 22"),
+    (lambda c: c.pop("parameters"), "parameters is missing"),
+    (lambda c: c["matrix"].pop(), "matrix is not a list of 22 x 22 numbers"),
+    (lambda c: c["matrix"][0].__setitem__(0, float("nan")), "matrix is not finite"),
+    (lambda c: c["matrix"][1].__setitem__(1, -1.0), "matrix is not a covariance: a variance is negative"),
+    (asymmetric, "matrix is not a covariance: it is not symmetric"),
+    (lambda c: c["matrix"][0].__setitem__(0, 0.0), "matrix is not a covariance: it is not"),
+    (lambda c: c["matrix"][0].__setitem__(0, 0.1), "matrix is not a covariance: it is not positive semi-definite"),
+]
+
+
+@pytest.mark.parametrize(("change", "fault"), COVARIANCE_FAULTS, ids=[fault for _, fault in COVARIANCE_FAULTS])
+def test_malformed_covariance_is_one_clear_line(tmp_path: Path, change: Callable[..., object], fault: str) -> None:
+    save_rig(attrs.evolve(STEREO, calibration_covariance=covariance(22)), tmp_path)
+    path = tmp_path / "rig.yaml"
+    values = yaml.safe_load(path.read_text())
+    change(values["calibration_covariance"])
+    path.write_text(yaml.safe_dump(values))
+    with pytest.raises(InputError, match=rf"^{path}: calibration_covariance\.{fault}"):
+        load_rig(tmp_path)

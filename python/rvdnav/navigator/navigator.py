@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rvdnav.core import Core, FrameResult
 from rvdnav.errors import InputError
+from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.gates import failed_gates, plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure, measured_segments
@@ -62,6 +63,8 @@ class Navigator:
         self._bracket = target.bracket
         self._core = Core(rig, target, **{k: v for k, v in options.items() if k not in names})
         self._cameras = rectified_cameras(rig)
+        self._calibration = None if rig.calibration_covariance is None else CalibrationEffect.of(rig)
+        self._calibration_part = np.zeros((6, 6))
         self._filter = ConstantVelocityFilter()
         self._state = State.SEARCHING
         self._repeats = RepeatDetector()
@@ -97,7 +100,10 @@ class Navigator:
         if attempt.reasons or attempt.measurement is None:
             return self._without_measurement(timestamp_ns, attempt.reasons, segments, times, start)
         pose = attempt.measurement.pose
+        # The calibration errs alike in all frames: the filter, which takes errors for independent, isn't told of it.
         self._update_filter(timestamp_ns, attempt.measurement)
+        if self._calibration is not None:
+            self._calibration_part = self._calibration.pose_covariance(pose, attempt.measurement.lines)
         self._last_pose_ns = timestamp_ns
         self._polarity = attempt.measurement.polarity
         self._state = next_state(self._state, measured=True, coast_expired=False)
@@ -109,7 +115,7 @@ class Navigator:
             T_world_target=pose.T_world_target,
             predicted_T_world_target=None if prediction is None else prediction.T_world_target,
             smoothed_T_world_target=self._filter.smoothed.T_world_target,
-            covariance=pose.covariance,
+            covariance=pose.covariance + self._calibration_part,
             line_residuals=line_residuals(attempt.measurement),
             sigma0=pose.sigma0,
             view_lines=segments,
@@ -220,7 +226,7 @@ class Navigator:
             state=self._state,
             reasons=reasons,
             predicted_T_world_target=None if prediction is None else prediction.T_world_target,
-            covariance=None if prediction is None else prediction.covariance,
+            covariance=None if prediction is None else prediction.covariance + self._calibration_part,
             view_lines=segments,
             stage_times=times,
         )

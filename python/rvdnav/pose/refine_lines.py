@@ -117,8 +117,8 @@ def refine_pose_lines(
     """
     # Ends that move independently of each other move their mean and half their difference alike.
     displacement = _Displacement(endpoint_sigma / math.sqrt(2.0), endpoint_sigma / math.sqrt(2.0))
-    solution = _solve(T_world_target, lines, cameras, displacement, near=near, loss=loss, k=k)
-    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0])
+    solution, whitening = _solve(T_world_target, lines, cameras, displacement, near=near, loss=loss, k=k)
+    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0], whitening)
 
 
 def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> RefinedPose:
@@ -132,11 +132,11 @@ def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, camer
     displacement = _Displacement(_START_SIGMA, _START_SIGMA)
     T, near = T_world_target, False
     for _ in range(_VARIANCE_ROUNDS):
-        solution = _solve(T, lines, cameras, displacement, near=near)
+        solution, _ = _solve(T, lines, cameras, displacement, near=near)
         T, near = solution.T, True
         displacement = _shown_displacement(solution, lines, cameras)
-    solution = _solve(T, lines, cameras, displacement, near=near)
-    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0])
+    solution, whitening = _solve(T, lines, cameras, displacement, near=near)
+    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0], whitening)
 
 
 def _solve(
@@ -148,7 +148,8 @@ def _solve(
     near: bool,
     loss: Loss = "tukey",
     k: float | None = None,
-) -> GaussNewtonSolution:
+) -> tuple[GaussNewtonSolution, FloatArray]:
+    """The minimum, and the whitening (n, 2, 2) of the distances."""
     if len(lines) < 3:
         raise PoseError(f"{len(lines)} lines do not determine the pose")
     T = float_array(T_world_target, 4, 4)
@@ -159,7 +160,7 @@ def _solve(
         distances, derivatives = _residuals(T, lines, endpoints)
         return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
 
-    return minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, near=near)
+    return minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, near=near), whitening
 
 
 def _directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:

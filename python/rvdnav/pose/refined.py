@@ -19,13 +19,15 @@ class RefinedPose:
 
     T_world_target (4, 4).  covariance (6, 6): order (position, rotation) in W, p = p̂ + dp, R = exp([dtheta]x) R̂; m²,
     m·rad, rad²; positive definite.  residuals (n, 2), px: distances of the edges' endpoints from their lines.
-    weights (n,) of the lines, in [0, 1].  sigma0: a-posteriori standard deviation of unit weight, the root of
-    sum(w |r|²) / (2 sum(w) - 6) over the whitened residuals r.
+    gain (6, n, 2), m/px and rad/px: a small change dr (n, 2) of the residuals moves the pose by -gain dr, in the order
+    of the covariance, with the lines' weights held.  weights (n,) of the lines, in [0, 1].  sigma0: a-posteriori
+    standard deviation of unit weight, the root of sum(w |r|²) / (2 sum(w) - 6) over the whitened residuals r.
     """
 
     T_world_target: FloatArray
     covariance: FloatArray
     residuals: FloatArray
+    gain: FloatArray
     weights: FloatArray
     sigma0: float
     iterations: int
@@ -37,8 +39,8 @@ def redundancy(weights: FloatArray) -> float:
     return max(2.0 * float(weights.sum()) - _PARAMETERS, 1.0)
 
 
-def refined_pose(solution: GaussNewtonSolution, residuals: FloatArray) -> RefinedPose:
-    """The result that the solver's minimum stands for; residuals (n, 2) in px.
+def refined_pose(solution: GaussNewtonSolution, residuals: FloatArray, whitening: FloatArray) -> RefinedPose:
+    """The result that the solver's minimum stands for; residuals (n, 2) in px, and what whitened them (n, 2, 2).
 
     Its covariance is omega² H⁻¹ with the normal matrix H = sum(w Jᵀ J) and omega² = sum(w² |r|²) / (c² (2 sum(w) - 6)),
     but at least 1; the loss's response c undoes the shrinking by robust weights (Huber and Ronchetti, 2009, chapter 7).
@@ -50,6 +52,7 @@ def refined_pose(solution: GaussNewtonSolution, residuals: FloatArray) -> Refine
         T_world_target=solution.T,
         covariance=max(omega_squared, _MIN_OMEGA_SQUARED) * solution.inverse,
         residuals=residuals,
+        gain=np.einsum("ij,nkj,nkl->inl", solution.inverse, solution.jacobians, w[:, None, None] * whitening),
         weights=w,
         sigma0=float(np.sqrt(w @ squares / freedom)),
         iterations=solution.iterations,

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -12,17 +10,14 @@ from numpy.typing import ArrayLike
 
 from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
-from rvdnav.errors import InputError
-from rvdnav.files import write_text_atomically
-from rvdnav.pose.arrays import FloatArray
-from rvdnav.pose.so3 import inverse_T, make_T
-from rvdnav.yamlio import Section, read_yaml
+from rvdnav.pose.arrays import FloatArray, float_array
+from rvdnav.pose.so3 import exp, inverse_T, make_T
+from rvdnav.rig.covariance import CAMERA_PARAMETERS, calibration_covariance, calibration_parameters
 
-CAMCHAIN = "camchain.yaml"
-RIG = "rig.yaml"
 MIN_BASELINE_M = 1e-3
 """Below this two camera centres count as one."""
-_AGREEMENT = 1e-6
+AGREEMENT = 1e-6
+"""Difference up to which statements of one transform or of W agree."""
 _MIN_FORWARD = 0.5
 """Least cosine between an axis of a camera and the rig's: 60 degrees."""
 
@@ -39,21 +34,28 @@ def _same_transforms(a: tuple[FloatArray, ...], b: tuple[FloatArray, ...]) -> bo
     return len(a) == len(b) and all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
 
 
+def _same_covariance(a: FloatArray | None, b: FloatArray | None) -> bool:
+    return a is b if a is None or b is None else np.array_equal(a, b)
+
+
 @attrs.frozen
 class Rig:
     """One camera, or a stereo pair with the left camera first.
 
     cameras: the models, of one image size.  T_world_cam: for each the transform (4, 4) from its frame to W, m.
     With two cameras W has its origin in the right camera's centre and z_W towards the left one's.
+    calibration_covariance: of the parameters of `calibration_parameters` (8, 8) or (22, 22), where it is known.
 
     The rectified frame of a camera has its centre and the axes of `R_world_rect`, the focal length `focal_rect`, and
     coordinates in px relative to its principal point.
 
-    Raises ValueError when the sizes differ, a transform is not rigid, or two cameras do not form a stereo pair in W.
+    Raises ValueError when the sizes differ, a transform is not rigid, two cameras do not form a stereo pair in W, or
+    the covariance is none.
     """
 
     cameras: tuple[CameraModel, ...] = attrs.field(converter=_cameras)
     T_world_cam: tuple[FloatArray, ...] = attrs.field(converter=_transforms, eq=attrs.cmp_using(eq=_same_transforms))
+    calibration_covariance: FloatArray | None = attrs.field(default=None, eq=attrs.cmp_using(eq=_same_covariance))
 
     def __attrs_post_init__(self) -> None:
         if len(self.cameras) not in (1, 2):
@@ -62,6 +64,9 @@ class Rig:
             raise ValueError(f"{len(self.cameras)} cameras but {len(self.T_world_cam)} transforms")
         if self.is_stereo:
             self._check_stereo()
+        if self.calibration_covariance is not None:
+            checked = calibration_covariance(self.calibration_covariance, len(self.cameras))
+            object.__setattr__(self, "calibration_covariance", checked)
 
     def _check_stereo(self) -> None:
         left, right = self.cameras
@@ -70,7 +75,7 @@ class Rig:
         T_left, T_right = self.T_world_cam
         if T_left[2, 3] - T_right[2, 3] < MIN_BASELINE_M:
             raise ValueError("the baseline is zero or cam0 does not lie towards z_W")
-        if np.abs(T_right[:3, 3]).max() > _AGREEMENT or np.abs(T_left[:2, 3]).max() > _AGREEMENT:
+        if np.abs(T_right[:3, 3]).max() > AGREEMENT or np.abs(T_left[:2, 3]).max() > AGREEMENT:
             raise ValueError("the world's origin is not cam1's centre with z_W towards cam0's")
         for index in range(2):
             x, _, z = np.diag(self.R_rect_cam(index))
@@ -149,10 +154,31 @@ class Rig:
         matrix: FloatArray = K @ T_rect_world[:3]
         return matrix
 
+    def perturbed(self, delta: FloatArray) -> Rig:
+        """The rig whose calibration differs by delta (8,) or (22,), in the order of `calibration_parameters`.
+
+        With two cameras W is derived from the changed ones (`world_from_camchain`); one camera stays where it is in W.
+        Raises ValueError for a rig that is none.
+        """
+        delta = float_array(delta, len(calibration_parameters(len(self.cameras))))
+        size = len(CAMERA_PARAMETERS)
+        cameras = [_changed(camera, delta[i * size : (i + 1) * size]) for i, camera in enumerate(self.cameras)]
+        T_world_cam = self.T_world_cam
+        if self.is_stereo:
+            T = inverse_T(self.T_world_cam[1]) @ self.T_world_cam[0]
+            turn, shift = delta[2 * size : 2 * size + 3], delta[2 * size + 3 :]
+            T_world_cam = world_from_camchain(make_T(exp(turn) @ T[:3, :3], T[:3, 3] + shift))
+        return attrs.evolve(self, cameras=cameras, T_world_cam=T_world_cam)
+
     def _to_rect(self, p_rect: FloatArray) -> FloatArray:
         z = np.where(p_rect[..., 2:] > 0.0, p_rect[..., 2:], np.nan)
         xy: FloatArray = self.focal_rect * p_rect[..., :2] / z
         return xy
+
+
+def _changed(camera: CameraModel, delta: FloatArray) -> CameraModel:
+    fx, fy, cx, cy = np.array([camera.fx, camera.fy, camera.cx, camera.cy]) + delta[:4]
+    return CameraModel(camera.width, camera.height, fx, fy, cx, cy, camera.distortion + delta[4:])
 
 
 def world_from_camchain(T_cam1_cam0: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -175,93 +201,3 @@ def world_from_camchain(T_cam1_cam0: FloatArray) -> tuple[FloatArray, FloatArray
     R_world_cam1 = np.stack([x, np.cross(z, x), z])
     T_world_cam0 = make_T(R_world_cam1 @ R, np.array([0.0, 0.0, baseline]))
     return T_world_cam0, make_T(R_world_cam1, np.zeros(3))
-
-
-def load_rig(folder: str | Path) -> Rig:
-    """The rig that `camchain.yaml` (Kalibr; pinhole with radtan) and, if it is there, `rig.yaml` of a folder describe.
-
-    Without `rig.yaml` the world of two cameras is derived (`world_from_camchain`) and that of one is its own frame.
-    Raises InputError naming the file when it is missing or malformed, holds a model other than ours, or no usable rig,
-    or when the two files disagree by more than 1e-6.
-    """
-    chain = read_yaml(Path(folder) / CAMCHAIN)
-    if len([key for key in chain if re.fullmatch("cam[0-9]+", key)]) > 2:
-        raise InputError(f"{chain.path}: more than two cameras")
-    names = ["cam0", "cam1"] if "cam1" in chain else ["cam0"]
-    cameras = [_read_camera(chain.section(name)) for name in names]
-    derived: tuple[FloatArray, ...] = (np.eye(4),)
-    if len(cameras) == 2:
-        T_cam1_cam0 = _read_transform(chain.section("cam1"), "T_cn_cnm1")
-        try:
-            derived = world_from_camchain(T_cam1_cam0)
-            Rig(cameras, derived)
-        except ValueError as error:
-            raise InputError(f"{chain.path}: {error}") from error
-    if not (chain.path.parent / RIG).exists():
-        return Rig(cameras, derived)
-    placed = read_yaml(chain.path.parent / RIG)
-    T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
-    if len(cameras) == 2:
-        _check_agreement(placed.path, T_world_cam, derived)
-    return Rig(cameras, T_world_cam)
-
-
-def _read_camera(section: Section) -> CameraModel:
-    for key, ours in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
-        if section.text(key) != ours:
-            raise section.fault(key, f"{section.text(key)!r} is not supported, only {ours!r}")
-    width, height = section.numbers("resolution", 2)
-    if width != int(width) or height != int(height):
-        raise section.fault("resolution", "is not two whole numbers")
-    fx, fy, cx, cy = section.numbers("intrinsics", 4).tolist()
-    distortion = section.numbers("distortion_coeffs", 4)
-    try:
-        return CameraModel(int(width), int(height), fx, fy, cx, cy, distortion)
-    except ValueError as error:
-        raise InputError(f"{section.path}: {section.prefix[:-1]}: {error}") from error
-
-
-def _read_transform(section: Section, key: str) -> FloatArray:
-    values = section.numbers(key, 4, 4)
-    try:
-        return rigid_transform(values)
-    except ValueError as error:
-        raise section.fault(key, f"is not a rigid transform: {error}") from error
-
-
-def _check_agreement(path: Path, given: list[FloatArray], derived: tuple[FloatArray, ...]) -> None:
-    relative = np.abs(inverse_T(given[1]) @ given[0] - inverse_T(derived[1]) @ derived[0]).max()
-    if relative > _AGREEMENT:
-        raise InputError(f"{path}: disagrees with {CAMCHAIN} on cam0's pose in cam1 by {relative:.1e}")
-    absolute = max(np.abs(a - b).max() for a, b in zip(given, derived, strict=True))
-    if absolute > _AGREEMENT:
-        raise InputError(f"{path}: the world is not the one that {CAMCHAIN} implies, by {absolute:.1e}")
-
-
-def save_rig(rig: Rig, folder: str | Path) -> None:
-    """Write a rig as `camchain.yaml` and `rig.yaml` of an existing folder, so that `load_rig` gives it back.
-
-    Raises InputError naming the file when it cannot be written.
-    """
-    chain = ["# Kalibr camchain; cam0 = left, cam1 = right; lengths in metres"]
-    for index, camera in enumerate(rig.cameras):
-        chain += [
-            f"cam{index}:",
-            "  camera_model: pinhole",
-            f"  intrinsics: {[camera.fx, camera.fy, camera.cx, camera.cy]}",
-            "  distortion_model: radtan",
-            f"  distortion_coeffs: {camera.distortion.tolist()}",
-            f"  resolution: {[camera.width, camera.height]}",
-            f"  rostopic: /cam{index}/image_raw",
-        ]
-    if rig.is_stereo:
-        chain += ["  T_cn_cnm1:", *_matrix_lines(inverse_T(rig.T_world_cam[1]) @ rig.T_world_cam[0], "  ")]
-    placed = ["# T_world_cam maps camera coordinates to the world W, metres"]
-    for index, T in enumerate(rig.T_world_cam):
-        placed += [f"T_world_cam{index}:", *_matrix_lines(T, "")]
-    write_text_atomically(Path(folder) / CAMCHAIN, "\n".join([*chain, ""]))
-    write_text_atomically(Path(folder) / RIG, "\n".join([*placed, ""]))
-
-
-def _matrix_lines(T: FloatArray, indent: str) -> list[str]:
-    return [f"{indent}- {row}" for row in T.tolist()]

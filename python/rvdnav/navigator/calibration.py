@@ -1,0 +1,135 @@
+"""What the calibration's errors do to a pose.
+
+The measured lines stay where they are in the raw images.  Under another calibration they rectify differently, the
+rectified views have another focal length and baseline, and the world W, which the rig defines, lies elsewhere.  The
+refined pose follows linearly: dT = -gain dr/dc dc.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+from numpy.polynomial.chebyshev import chebvander2d
+
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
+from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.rig import Rig, calibration_parameters
+
+# Of the central differences: px, none, rad, m.
+_STEPS = {"f": 1e-2, "c": 1e-2, "k": 1e-5, "p": 1e-5, "r": 1e-6, "t": 1e-6}
+# Nodes over the raw image, along and down, from which the shifts are taken, and the degree of their polynomials.
+_NODES = (24, 20)
+_DEGREE = (11, 11)
+_POINTS_PER_LINE = 16
+
+
+@frozen(eq=False)
+class CalibrationEffect:
+    """Derivatives of a rig's rectified views with respect to its calibration's parameters (p of them), made once.
+
+    shift (cameras, m, 2, p): of the rectified coordinates, px, of a raw pixel, as m coefficients of products of
+    Chebyshev polynomials over the image; the lens bends smoothly, so few suffice.
+    focal (p,): of the rectified focal length, px.  centers (cameras, 3, p): of the cameras' centres in W, m.
+    """
+
+    rig: Rig
+    shift: FloatArray
+    focal: FloatArray
+    centers: FloatArray
+
+    @classmethod
+    def of(cls, rig: Rig) -> CalibrationEffect:
+        """By central differences over rigs perturbed in one parameter at a time."""
+        nodes = [np.cos(np.pi * (np.arange(count) + 0.5) / count) for count in _NODES]
+        place = np.stack(np.meshgrid(*nodes), axis=-1).reshape(-1, 2)
+        uv = 0.5 * (place + 1.0) * _last_pixel(rig)
+        coefficients = np.linalg.pinv(_basis(place))
+        names = calibration_parameters(len(rig.cameras))
+        cameras = range(len(rig.cameras))
+        shift, focal, centers = [], [], []
+        for index, name in enumerate(names):
+            delta = np.zeros(len(names))
+            delta[index] = _STEPS[name.partition(".")[2][0]]
+            above, below = rig.perturbed(delta), rig.perturbed(-delta)
+            span = 2.0 * delta[index]
+            moved = [(above.raw_to_rect(i, uv) - below.raw_to_rect(i, uv)) / span for i in cameras]
+            shift.append([coefficients @ xy for xy in moved])
+            focal.append((above.focal_rect - below.focal_rect) / span)
+            centers.append([(above.T_world_cam[i][:3, 3] - below.T_world_cam[i][:3, 3]) / span for i in cameras])
+        return cls(rig, np.moveaxis(np.array(shift), 0, -1), np.array(focal), np.moveaxis(np.array(centers), 0, -1))
+
+    def residual_derivatives(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
+        """Derivatives (n, 2, p) of the lines' residuals at a pose (4, 4) with respect to the parameters.
+
+        Raises PoseError if an endpoint is not in front of its camera.
+        """
+        distances, J = line_residuals(T_world_target, lines, rectified_cameras(self.rig))
+        projected = distances + lines.rho[:, None]  # the endpoints' places across their lines
+        by_focal = projected[:, :, None] / self.rig.focal_rect * self.focal
+        by_center = np.einsum("nki,nip->nkp", J[:, :, :3], self.centers[lines.camera])
+        derivatives: FloatArray = by_focal - by_center - self._line_shift(T_world_target, lines)
+        return derivatives
+
+    def pose_derivative(self, pose: RefinedPose, lines: LineMeasurements) -> FloatArray:
+        """Derivative (6, p) of a pose refined over these lines, order (position, rotation) in W."""
+        derivative: FloatArray = -np.tensordot(pose.gain, self.residual_derivatives(pose.T_world_target, lines), 2)
+        return derivative
+
+    def pose_covariance(self, pose: RefinedPose, lines: LineMeasurements) -> FloatArray:
+        """Covariance (6, 6) of a pose refined over these lines by that of the rig's calibration alone.
+
+        It is zero for a rig whose calibration has none.
+        """
+        if self.rig.calibration_covariance is None:
+            return np.zeros((6, 6))
+        D = self.pose_derivative(pose, lines)
+        covariance: FloatArray = D @ self.rig.calibration_covariance @ D.T
+        symmetric: FloatArray = 0.5 * (covariance + covariance.T)
+        return symmetric
+
+    def _line_shift(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
+        """How far (n, 2, p), px, the lines move across themselves where their endpoints are.
+
+        A line moves with the straight line through the shifted points that it was measured at: those of its edge that
+        lie on the image.
+        """
+        normal = np.column_stack([np.cos(lines.theta), np.sin(lines.theta)])
+        tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+        points_W = lines.endpoints_C.reshape(-1, 3) @ T_world_target[:3, :3].T + T_world_target[:3, 3]
+        xy = rectified_cameras(self.rig).project(np.repeat(lines.camera, 2), points_W).reshape(-1, 2, 2)
+        ends = np.einsum("nki,ni->nk", xy, tangent)
+        part = (np.arange(_POINTS_PER_LINE) + 0.5) / _POINTS_PER_LINE
+        place = ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
+        points = (lines.rho[:, None] * normal)[:, None] + place[:, :, None] * tangent[:, None]
+        moved, on_image = self._point_shift(lines.camera, points)
+        across = np.einsum("ni,nmip->nmp", normal, moved)
+        weight = np.where(on_image.sum(axis=1, keepdims=True) >= 2, on_image, 1.0)
+        weight /= weight.sum(axis=1, keepdims=True)
+        middle = np.einsum("nm,nm->n", weight, place)[:, None]
+        moment = weight * (place - middle)
+        slope = np.einsum("nm,nmp->np", moment, across)
+        slope /= np.maximum(np.einsum("nm,nm->n", moment, place - middle), 1e-9)[:, None]
+        offset = np.einsum("nm,nmp->np", weight, across)
+        shift: FloatArray = offset[:, None] + (ends - middle)[:, :, None] * slope[:, None]
+        return shift
+
+    def _point_shift(self, camera: IntArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Shifts (n, m, 2, p) of rectified points xy (n, m, 2), at the border for those beyond it; 1 on the image."""
+        shift = np.empty((*xy.shape, len(self.focal)))
+        on_image = np.empty(xy.shape[:2])
+        for i, coefficients in enumerate(self.shift):
+            chosen = camera == i
+            place = 2.0 * self.rig.rect_to_raw(i, xy[chosen]) / _last_pixel(self.rig) - 1.0
+            on_image[chosen] = (np.abs(place) <= 1.0).all(axis=-1)
+            shift[chosen] = np.tensordot(_basis(np.clip(np.nan_to_num(place), -1.0, 1.0)), coefficients, 1)
+        return shift, on_image
+
+
+def _last_pixel(rig: Rig) -> FloatArray:
+    return np.array([rig.width - 1.0, rig.height - 1.0])
+
+
+def _basis(place: FloatArray) -> FloatArray:
+    """Products of Chebyshev polynomials (..., m) at places (..., 2) in the image scaled to [-1, 1]."""
+    return np.asarray(chebvander2d(place[..., 0], place[..., 1], _DEGREE), np.float64)

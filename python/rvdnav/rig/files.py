@@ -1,0 +1,146 @@
+"""The files of a rig: `camchain.yaml` (Kalibr) and `rig.yaml`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from rvdnav.camera import CameraModel
+from rvdnav.conventions import rigid_transform
+from rvdnav.errors import InputError
+from rvdnav.files import write_text_atomically
+from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.so3 import inverse_T
+from rvdnav.rig.covariance import calibration_parameters
+from rvdnav.rig.rig import AGREEMENT, Rig, world_from_camchain
+from rvdnav.yamlio import Section, read_yaml
+
+CAMCHAIN = "camchain.yaml"
+RIG = "rig.yaml"
+_COVARIANCE = "calibration_covariance"
+
+
+def load_rig(folder: str | Path) -> Rig:
+    """The rig that `camchain.yaml` (Kalibr; pinhole with radtan) and, if it is there, `rig.yaml` of a folder describe.
+
+    Without `rig.yaml` the world of two cameras is derived (`world_from_camchain`), that of one is its own frame, and
+    the calibration's covariance is not known.
+    Raises InputError naming the file when it is missing or malformed, holds a model other than ours, or no usable rig,
+    or when the two files disagree by more than 1e-6.
+    """
+    chain = read_yaml(Path(folder) / CAMCHAIN)
+    if len([key for key in chain if re.fullmatch("cam[0-9]+", key)]) > 2:
+        raise InputError(f"{chain.path}: more than two cameras")
+    names = ["cam0", "cam1"] if "cam1" in chain else ["cam0"]
+    cameras = [_read_camera(chain.section(name)) for name in names]
+    derived: tuple[FloatArray, ...] = (np.eye(4),)
+    if len(cameras) == 2:
+        T_cam1_cam0 = _read_transform(chain.section("cam1"), "T_cn_cnm1")
+        try:
+            derived = world_from_camchain(T_cam1_cam0)
+            Rig(cameras, derived)
+        except ValueError as error:
+            raise InputError(f"{chain.path}: {error}") from error
+    if not (chain.path.parent / RIG).exists():
+        return Rig(cameras, derived)
+    placed = read_yaml(chain.path.parent / RIG)
+    T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
+    if len(cameras) == 2:
+        _check_agreement(placed.path, T_world_cam, derived)
+    return _with_covariance(Rig(cameras, T_world_cam), placed)
+
+
+def _read_camera(section: Section) -> CameraModel:
+    for key, ours in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
+        if section.text(key) != ours:
+            raise section.fault(key, f"{section.text(key)!r} is not supported, only {ours!r}")
+    width, height = section.numbers("resolution", 2)
+    if width != int(width) or height != int(height):
+        raise section.fault("resolution", "is not two whole numbers")
+    fx, fy, cx, cy = section.numbers("intrinsics", 4).tolist()
+    distortion = section.numbers("distortion_coeffs", 4)
+    try:
+        return CameraModel(int(width), int(height), fx, fy, cx, cy, distortion)
+    except ValueError as error:
+        raise InputError(f"{section.path}: {section.prefix[:-1]}: {error}") from error
+
+
+def _read_transform(section: Section, key: str) -> FloatArray:
+    values = section.numbers(key, 4, 4)
+    try:
+        return rigid_transform(values)
+    except ValueError as error:
+        raise section.fault(key, f"is not a rigid transform: {error}") from error
+
+
+def _with_covariance(rig: Rig, placed: Section) -> Rig:
+    if _COVARIANCE not in placed:
+        return rig
+    section = placed.section(_COVARIANCE)
+    names = calibration_parameters(len(rig.cameras))
+    given = section.texts("parameters")
+    if len(given) != len(names):
+        raise section.fault("parameters", f"has {len(given)} names, not {len(names)}")
+    for index, (name, wanted) in enumerate(zip(given, names, strict=True)):
+        if name != wanted:
+            raise section.fault(f"parameters[{index}]", f"is {name!r}, not {wanted!r}")
+    matrix = section.numbers("matrix", len(names), len(names))
+    try:
+        return attrs.evolve(rig, calibration_covariance=matrix)
+    except ValueError as error:
+        raise section.fault("matrix", f"is not a covariance: {error}") from error
+
+
+def _check_agreement(path: Path, given: list[FloatArray], derived: tuple[FloatArray, ...]) -> None:
+    relative = np.abs(inverse_T(given[1]) @ given[0] - inverse_T(derived[1]) @ derived[0]).max()
+    if relative > AGREEMENT:
+        raise InputError(f"{path}: disagrees with {CAMCHAIN} on cam0's pose in cam1 by {relative:.1e}")
+    absolute = max(np.abs(a - b).max() for a, b in zip(given, derived, strict=True))
+    if absolute > AGREEMENT:
+        raise InputError(f"{path}: the world is not the one that {CAMCHAIN} implies, by {absolute:.1e}")
+
+
+def save_rig(rig: Rig, folder: str | Path) -> None:
+    """Write a rig as `camchain.yaml` and `rig.yaml` of an existing folder, so that `load_rig` gives it back.
+
+    Raises InputError naming the file when it cannot be written.
+    """
+    chain = ["# Kalibr camchain; cam0 = left, cam1 = right; lengths in metres"]
+    for index, camera in enumerate(rig.cameras):
+        chain += [
+            f"cam{index}:",
+            "  camera_model: pinhole",
+            f"  intrinsics: {[camera.fx, camera.fy, camera.cx, camera.cy]}",
+            "  distortion_model: radtan",
+            f"  distortion_coeffs: {camera.distortion.tolist()}",
+            f"  resolution: {[camera.width, camera.height]}",
+            f"  rostopic: /cam{index}/image_raw",
+        ]
+    if rig.is_stereo:
+        chain += ["  T_cn_cnm1:", *_matrix_lines(inverse_T(rig.T_world_cam[1]) @ rig.T_world_cam[0], "  ")]
+    placed = ["# T_world_cam maps camera coordinates to the world W, metres"]
+    for index, T in enumerate(rig.T_world_cam):
+        placed += [f"T_world_cam{index}:", *_matrix_lines(T, "")]
+    if rig.calibration_covariance is not None:
+        placed += [
+            "# of the calibration, px, rad, m; R_cam1_cam0 = exp([rx ry rz]x) R_hat",
+            f"{_COVARIANCE}:",
+            f"  parameters: [{', '.join(calibration_parameters(len(rig.cameras)))}]",
+            "  matrix:",
+            *_matrix_lines(rig.calibration_covariance, "  "),
+        ]
+    write_text_atomically(Path(folder) / CAMCHAIN, "\n".join([*chain, ""]))
+    write_text_atomically(Path(folder) / RIG, "\n".join([*placed, ""]))
+
+
+def _matrix_lines(matrix: FloatArray, indent: str) -> list[str]:
+    return [f"{indent}- [{', '.join(map(_number, row))}]" for row in matrix.tolist()]
+
+
+def _number(value: float) -> str:
+    """All digits of a number as YAML 1.1 knows one: not without a point, which Python leaves out of 1e-05."""
+    text = repr(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text

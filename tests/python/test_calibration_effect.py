@@ -1,0 +1,124 @@
+"""The calibration's part of a pose's covariance: against poses solved anew under other calibrations."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+import pytest
+from drawn_scene import bracket_target, draw_frame, example_rig, pose, wide_rig
+from rvdnav import Navigator, Rig
+from rvdnav.navigator.calibration import CalibrationEffect
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.pose import LineMeasurements, RefinedPose, difference, refine_pose_edges
+from rvdnav.rig import calibration_parameters
+
+BRACKET = bracket_target().bracket
+COV = np.diag([0.05**2, 0.0005**2])
+POSES = [pose(0.45, 0.02, 0.08, 8.0, -12.0, 5.0), pose(1.2, -0.1, 0.02, -5.0, 20.0, -8.0)]
+# Of a usable calibration: px, none, rad, m.
+SIGMA = np.array([0.4, 0.4, 0.5, 0.5, 2e-3, 5e-3, 1e-4, 1e-4] * 2 + [5e-4, 5e-4, 3e-4, 5e-5, 5e-5, 5e-5])
+
+
+def one_camera() -> Rig:
+    rig = wide_rig()
+    return Rig(rig.cameras[:1], rig.T_world_cam[:1])
+
+
+def raw_edges(rig: Rig, T: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
+    """Camera, edge and the raw pixels along it that lie on the image."""
+    found = []
+    w = (np.arange(60)[:, None] + 0.5) / 60
+    for camera in range(len(rig.cameras)):
+        for edge, (a, b) in enumerate(BRACKET.edge_points):
+            uv = rig.project(camera, (a + w * (b - a)) @ T[:3, :3].T + T[:3, 3])
+            on_image = ((uv > 0) & (uv < [rig.width - 1, rig.height - 1])).all(axis=1)
+            if on_image.sum() > 10:
+                found.append((camera, edge, uv[on_image]))
+    return found
+
+
+def solve(rig: Rig, edges: list[tuple[int, int, np.ndarray]], T: np.ndarray) -> tuple[RefinedPose, LineMeasurements]:
+    """The pose that raw edges give under a calibration: straight lines through the rectified points, then the fit."""
+    rho, theta = [], []
+    for camera, _, uv in edges:
+        xy = rig.raw_to_rect(camera, uv)
+        middle = xy.mean(axis=0)
+        normal = np.linalg.svd(xy - middle)[2][1]
+        normal *= np.sign(normal[0] + normal[1])
+        rho.append(float(normal @ middle))
+        theta.append(float(np.arctan2(normal[1], normal[0])))
+    camera, edge = np.array([key[:2] for key in edges]).T
+    cov = np.tile(COV, (len(edges), 1, 1))
+    lines = LineMeasurements(camera, edge, BRACKET.edge_points[edge], rho, theta, cov)
+    return refine_pose_edges(T, lines, rectified_cameras(rig)), lines
+
+
+def whitened_error(found: np.ndarray, expected: np.ndarray) -> float:
+    """Difference of two pose changes as a part of the expected one; 0.5 m of arm makes a turn a length."""
+    scale = np.repeat([1.0, 0.5], 3)
+    return float(np.linalg.norm(scale * (found - expected)) / np.linalg.norm(scale * expected))
+
+
+@pytest.mark.parametrize("rig", [example_rig(), wide_rig(), one_camera()], ids=["example", "wide", "one camera"])
+@pytest.mark.parametrize("T", POSES, ids=["near", "far"])
+def test_each_parameter_moves_the_pose_as_a_solution_anew_says(rig: Rig, T: np.ndarray) -> None:
+    edges = raw_edges(rig, T)
+    refined, lines = solve(rig, edges, T)
+    derivative = CalibrationEffect.of(rig).pose_derivative(refined, lines)
+    for index in range(derivative.shape[1]):
+        delta = np.zeros(derivative.shape[1])
+        delta[index] = 0.02 * SIGMA[index]
+        above, below = (solve(rig.perturbed(sign * delta), edges, T)[0].T_world_target for sign in (1.0, -1.0))
+        expected = difference(above, below) / (2.0 * delta[index])
+        assert whitened_error(derivative[:, index], expected) < 0.03, calibration_parameters(len(rig.cameras))[index]
+
+
+def test_a_bracket_partly_out_of_view() -> None:
+    rig, T = wide_rig(), pose(0.3, 0.06, 0.12, 4.0, -6.0, 10.0)
+    edges = raw_edges(rig, T)
+    full = np.array([len(uv) for _, _, uv in edges])
+    assert full.min() < 50
+    refined, lines = solve(rig, edges, T)
+    delta = 0.02 * SIGMA * np.random.default_rng(5).standard_normal(22)
+    above, below = (solve(rig.perturbed(sign * delta), edges, T)[0].T_world_target for sign in (1.0, -1.0))
+    found = 2.0 * CalibrationEffect.of(rig).pose_derivative(refined, lines) @ delta
+    assert whitened_error(found, difference(above, below)) < 0.03
+
+
+def test_the_covariance_is_that_of_poses_under_drawn_calibrations() -> None:
+    rng = np.random.default_rng(11)
+    mixing = np.diag(0.1 * SIGMA) @ (np.eye(22) + 0.15 * rng.standard_normal((22, 22)))
+    rig = attrs.evolve(wide_rig(), calibration_covariance=mixing @ mixing.T)
+    T = POSES[0]
+    edges = raw_edges(rig, T)
+    refined, lines = solve(rig, edges, T)
+    stated = CalibrationEffect.of(rig).pose_covariance(refined, lines)
+    errors = [
+        difference(solve(rig.perturbed(mixing @ rng.standard_normal(22)), edges, T)[0].T_world_target, T)
+        for _ in range(200)
+    ]
+    squares = np.einsum("ni,ij,nj->n", errors, np.linalg.inv(stated), errors)
+    assert 0.85 < squares.mean() / 6.0 < 1.15
+    np.testing.assert_allclose(np.std(errors, axis=0), np.sqrt(np.diag(stated)), rtol=0.15)
+
+
+def test_the_navigator_adds_it_and_keeps_it_from_its_filter() -> None:
+    target = bracket_target()
+    plain, rig = (attrs.evolve(wide_rig(), calibration_covariance=f * np.diag(SIGMA**2)) for f in (0.0, 1.0))
+    frames = [draw_frame(plain, target, pose(0.6 - 0.005 * i), timestamp_ns=10**9 + i * 10**8) for i in range(3)]
+    stated, unstated = Navigator(rig, target), Navigator(plain, target)
+    for frame in frames:
+        one, other = stated.process(frame), unstated.process(frame)
+        assert one.covariance is not None
+        assert other.covariance is not None
+        np.testing.assert_array_equal(one.T_world_target, other.T_world_target)
+        np.testing.assert_array_equal(one.smoothed_T_world_target, other.smoothed_T_world_target)
+        part = one.covariance - other.covariance
+        assert np.linalg.eigvalsh(part)[0] > -1e-13
+        # The baseline's 0.05 mm alone are worth this much of the range.
+        assert np.sqrt(part[0, 0]) > 0.6 * 5e-5 / plain.baseline
+    coasting = stated.process(attrs.evolve(frames[-1], timestamp_ns=10**9 + 3 * 10**8, left=None, right=None))
+    plain_coasting = unstated.process(attrs.evolve(frames[-1], timestamp_ns=10**9 + 3 * 10**8, left=None, right=None))
+    assert coasting.covariance is not None
+    assert plain_coasting.covariance is not None
+    np.testing.assert_allclose(coasting.covariance - plain_coasting.covariance, part, atol=1e-12)
