@@ -23,6 +23,7 @@ constexpr double kHopelessRms = 6.0;      // pixels
 constexpr double kAmbiguousRatio = 0.92;  // runner-up to best
 constexpr double kSameDistance = 0.03;    // of the range, between poses taken for the same
 constexpr double kSameAngle = 0.18;       // radians
+constexpr double kSameImage = 4.0;        // pixels, between the corners of two poses
 
 struct Candidate {
   Pose pose;
@@ -89,6 +90,15 @@ bool same_pose(const Pose& a, const Pose& b) {
   return (a.p - b.p).norm() < kSameDistance * a.p.norm() && angle < kSameAngle;
 }
 
+// One view can hardly tell a pose from its mirror image about the line of sight; which of them it is, the refinement
+// decides.  Poses that put every corner in the same place are therefore no rivals there.
+bool same_image(const RectRig& rig, const BracketModel& model, int32_t camera, const Pose& a, const Pose& b) {
+  for (const BracketModel::Edge& edge : model.edge) {
+    if ((rig.project(camera, a * edge.a) - rig.project(camera, b * edge.a)).norm() > kSameImage) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
@@ -97,12 +107,16 @@ rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, co
   rvdnav_bracket result = {};
   Candidate best = {{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, 0.0, false};
   Candidate second = best;
+  const auto no_rivals = [&](const Pose& a, const Pose& b) {
+    if (present[0] && present[1]) return same_pose(a, b);
+    return same_pose(a, b) || same_image(rig, model, present[0] ? 0 : 1, a, b);
+  };
   for (uint32_t i = 0; i < proposal_count; ++i) {
     const Candidate c = verify(rig, model, views, present, proposals[i]);
     if (!c.usable || !gate.admits(c.pose)) continue;
     if (!best.usable) {
       best = c;
-    } else if (same_pose(best.pose, c.pose)) {
+    } else if (no_rivals(best.pose, c.pose)) {
       if (c.score > best.score) best = c;
     } else if (c.score > best.score) {
       second = best;
@@ -114,7 +128,7 @@ rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, co
   result.hypotheses = proposal_count;
   if (!best.usable) return result;
   result.score = best.score;
-  result.runner_up = second.usable && !same_pose(best.pose, second.pose) ? second.score : 0.0;
+  result.runner_up = second.usable && !no_rivals(best.pose, second.pose) ? second.score : 0.0;
   result.ambiguous = result.runner_up > kAmbiguousRatio * result.score ? 1 : 0;
   result.found = result.ambiguous == 0 ? 1 : 0;
   const Eigen::Matrix3d R_W_C = R_world_rect() * best.pose.R;

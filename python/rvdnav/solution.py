@@ -86,6 +86,19 @@ class LineResidual:
             raise ValueError(f"residuals of {self.edge} in camera {self.camera} are not finite")
 
 
+@attrs.frozen
+class Acquisition:
+    """What a search of the whole images for the bracket found.
+
+    score: part of the bracket's edges that the best pose finds covered, 0 to 1.  runner_up: the score of the best
+    clearly different pose, 0 if there was none.  hypotheses: number of poses that were tested.
+    """
+
+    score: float
+    runner_up: float
+    hypotheses: int
+
+
 def _array(value: Any, shape: tuple[int, ...], what: str) -> FloatArray:
     array = np.array(value, dtype=np.float64)
     if array.shape != shape:
@@ -170,8 +183,13 @@ class Solution:
     """The raw solution of this frame alone: what is published and judged."""
     predicted_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
     smoothed_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
+    rival_T_world_target: FloatArray | None = attrs.field(default=None, converter=_pose, eq=_EQ_ARRAY)
+    """The other one of the two poses that a single view of a planar target leaves, where it cannot be ruled out; the
+    covariance of a published pose holds it."""
     covariance: FloatArray | None = attrs.field(default=None, converter=_covariance, eq=_EQ_ARRAY)
     """Of the published pose, else of the prediction."""
+    acquisition: Acquisition | None = None
+    """Where the whole images were searched."""
     line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=_residuals)
     sigma0: float | None = None
     """A-posteriori standard deviation of unit weight: 1 where the noise model fits."""
@@ -216,8 +234,10 @@ class Solution:
             "T_world_target": _listed(self.T_world_target),
             "predicted_T_world_target": _listed(self.predicted_T_world_target),
             "smoothed_T_world_target": _listed(self.smoothed_T_world_target),
+            "rival_T_world_target": _listed(self.rival_T_world_target),
             "euler": None if euler is None else {name: float(angle) for name, angle in euler._asdict().items()},
             "covariance": _listed(self.covariance),
+            "acquisition": None if self.acquisition is None else attrs.asdict(self.acquisition),
             "sigma0": None if self.sigma0 is None else float(self.sigma0),
             "line_residuals": [
                 {
@@ -246,7 +266,9 @@ class Solution:
                 T_world_target=data["T_world_target"],
                 predicted_T_world_target=data["predicted_T_world_target"],
                 smoothed_T_world_target=data["smoothed_T_world_target"],
+                rival_T_world_target=data["rival_T_world_target"],
                 covariance=data["covariance"],
+                acquisition=None if data["acquisition"] is None else Acquisition(**data["acquisition"]),
                 sigma0=data["sigma0"],
                 line_residuals=tuple(LineResidual(**line) for line in data["line_residuals"]),
                 view_lines={int(camera): lines for camera, lines in data["view_lines"].items()},

@@ -6,10 +6,11 @@ import attrs
 import numpy as np
 import pytest
 from drawn_scene import bracket_target, draw_frame, example_rig, pose
-from rvdnav.core import Core
-from rvdnav.navigator.agreement import view_difference
+from rvdnav.core import Core, FrameResult
+from rvdnav.navigator.agreement import disparity_errors, view_difference
+from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.gates import failed_gates, plausible_motion
-from rvdnav.navigator.measurement import Measurement, disparity_errors, measure
+from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import LineMeasurements, PredictedPose, perturb
 from rvdnav.solution import Reason
@@ -20,18 +21,24 @@ GATE = (0.25, 1.7)
 SETTINGS = NavigatorSettings()
 
 
+MODEL = EdgeModel.of_bracket(TARGET.bracket)
+UNKNOWN = np.zeros((2, 8), np.int64)
+DRAWN = draw_frame(RIG, TARGET, TRUE)
+IMAGES = (DRAWN.left.pixels, DRAWN.right.pixels)
+CORE = Core(RIG, TARGET)
+ACQUIRED = CORE.process(*IMAGES)
+TRACKED = attrs.evolve(ACQUIRED, bracket=None)
+
+
 @pytest.fixture(scope="module")
 def good() -> Measurement:
-    frame = draw_frame(RIG, TARGET, TRUE)
-    images = (frame.left.pixels, frame.right.pixels)
-    core = Core(RIG, TARGET)
-    found = core.process(*images)
-    unknown = np.zeros((2, 8), np.int64)
-    return measure(core, RIG, TARGET.bracket, found, images, found.bracket.T_world_target, unknown)
+    return measure(CORE, RIG, MODEL, IMAGES, ACQUIRED.bracket.T_world_target, UNKNOWN)
 
 
-def reasons(measurement: Measurement, settings: NavigatorSettings = SETTINGS) -> frozenset[Reason]:
-    return failed_gates(measurement, TARGET.bracket, RIG, settings, GATE)
+def reasons(
+    measurement: Measurement, settings: NavigatorSettings = SETTINGS, frame: FrameResult = ACQUIRED
+) -> frozenset[Reason]:
+    return failed_gates(measurement, MODEL, frame, RIG, settings, GATE)
 
 
 def hide(measurement: Measurement, camera: int, edges: list[int]) -> Measurement:
@@ -58,7 +65,6 @@ def test_one_view_that_shows_too_little(good: Measurement) -> None:
 
 def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
     """Without l2 a bracket of another height would fit as well, tilted; more is asked of an acquired target."""
-    tracked = attrs.evolve(good, frame=attrs.evolve(good.frame, bracket=None))
     one_outer_edge = [(0, [2])]
     outer_edges = [(0, [2]), (1, [2])]
     but_one = [(0, [2, 3]), (1, [2])]
@@ -67,11 +73,11 @@ def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
         (outer_edges, False, True),
         (but_one, False, False),
     ):
-        for measurement, passes in ((good, acquired_passes), (tracked, tracked_passes)):
-            spoiled = measurement
-            for camera, edges in hidden:
-                spoiled = hide(spoiled, camera, edges)
-            assert reasons(spoiled) == (set() if passes else {Reason.TOO_FEW_LINES})
+        spoiled = good
+        for camera, edges in hidden:
+            spoiled = hide(spoiled, camera, edges)
+        for frame, passes in ((ACQUIRED, acquired_passes), (TRACKED, tracked_passes)):
+            assert reasons(spoiled, frame=frame) == (set() if passes else {Reason.TOO_FEW_LINES})
 
 
 def test_a_bar_beyond_the_images_is_not_asked_for(good: Measurement) -> None:
@@ -88,15 +94,14 @@ def test_the_drawn_bars_are_seen_to_be_lighter_than_what_is_beside_them(good: Me
 @pytest.mark.parametrize("bar", range(4))
 def test_a_bar_measured_a_width_beside_itself(good: Measurement, bar: int) -> None:
     """Its outer edge found where the inner one is: dark inwards, and nothing where the inner one is expected."""
-    tracked = attrs.evolve(good, frame=attrs.evolve(good.frame, bracket=None))
     outer, inner = 2 * bar, 2 * bar + 1
     polarity = good.sampled.polarity.copy()
     for camera, expected in ((0, set()), (1, {Reason.DISPLACED})):
         polarity[(good.sampled.camera == camera) & (good.sampled.edge == outer)] *= -1
-        displaced = attrs.evolve(tracked, sampled=attrs.evolve(good.sampled, polarity=polarity.copy()))
+        displaced = attrs.evolve(good, sampled=attrs.evolve(good.sampled, polarity=polarity.copy()))
         for hidden in range(camera + 1):
             displaced = hide(displaced, hidden, [inner])
-        assert reasons(displaced) == expected
+        assert reasons(displaced, frame=TRACKED) == expected
 
 
 def test_too_small_a_part_of_all_edges(good: Measurement) -> None:
@@ -131,20 +136,20 @@ def test_covariance(good: Measurement) -> None:
 
 @pytest.mark.parametrize("gate", [(0.25, 0.85), (0.95, 1.7)])
 def test_range_gate(good: Measurement, gate: tuple[float, float]) -> None:
-    assert failed_gates(good, TARGET.bracket, RIG, SETTINGS, gate) == {Reason.RANGE_GATE}
+    assert failed_gates(good, MODEL, ACQUIRED, RIG, SETTINGS, gate) == {Reason.RANGE_GATE}
 
 
-def moved_matches(measurement: Measurement, pixels: float) -> Measurement:
-    matches = measurement.frame.matches.copy()
+def moved_matches(pixels: float) -> FrameResult:
+    matches = ACQUIRED.matches.copy()
     matches["disparity"] += pixels
-    return attrs.evolve(measurement, frame=attrs.evolve(measurement.frame, matches=matches))
+    return attrs.evolve(ACQUIRED, matches=matches)
 
 
 def test_views_that_contradict_each_other(good: Measurement) -> None:
-    assert (good.frame.matches["accepted"] != 0).sum() >= 3
-    assert reasons(moved_matches(good, 0.8 * SETTINGS.max_disparity_px)) == frozenset()
+    assert (ACQUIRED.matches["accepted"] != 0).sum() >= 3
+    assert reasons(good, frame=moved_matches(0.8 * SETTINGS.max_disparity_px)) == frozenset()
     for sign in (1, -1):
-        assert reasons(moved_matches(good, sign * 1.3 * SETTINGS.max_disparity_px)) == {Reason.CROSS_VIEW}
+        assert reasons(good, frame=moved_matches(sign * 1.3 * SETTINGS.max_disparity_px)) == {Reason.CROSS_VIEW}
 
 
 def turned_right_view(measurement: Measurement, degrees: float) -> Measurement:
@@ -175,17 +180,17 @@ def test_a_view_that_determines_no_pose_by_itself_contradicts_nothing(good: Meas
 
 
 def test_a_minority_of_points_matched_elsewhere_is_no_contradiction(good: Measurement) -> None:
-    accepted = np.flatnonzero(good.frame.matches["accepted"] != 0)
+    accepted = np.flatnonzero(ACQUIRED.matches["accepted"] != 0)
     for astray, expected in ((len(accepted) // 2, set()), (len(accepted) // 2 + 1, {Reason.CROSS_VIEW})):
-        moved = moved_matches(good, 0.0)
-        moved.frame.matches["disparity"][accepted[:astray]] += 114.0
-        assert reasons(moved) == expected
+        moved = moved_matches(0.0)
+        moved.matches["disparity"][accepted[:astray]] += 114.0
+        assert reasons(good, frame=moved) == expected
 
 
 def test_disparities_of_correlated_points_are_held_against_the_true_face(good: Measurement) -> None:
     """Each accepted point triangulated by hand lies on the drawn front face."""
-    errors = disparity_errors(good, TARGET.bracket, RIG)
-    matches = good.frame.matches[good.frame.matches["accepted"] != 0]
+    errors = disparity_errors(ACQUIRED.matches, good.pose.T_world_target, TARGET.bracket, RIG)
+    matches = ACQUIRED.matches[ACQUIRED.matches["accepted"] != 0]
     assert len(errors) == len(matches)
     depth = RIG.focal_rect * RIG.baseline / matches["disparity"]
     rays = np.column_stack([matches["x"], matches["y"], np.full(len(matches), RIG.focal_rect)]) / RIG.focal_rect
@@ -213,14 +218,13 @@ def test_motion(good: Measurement, position_m: float, turn_deg: float, seconds: 
     prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
     change = np.array([position_m, 0.0, 0.0, 0.0, np.radians(turn_deg), 0.0])
     moved = with_pose(good, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
-    assert plausible_motion(moved, prediction, seconds, SETTINGS) is expected
+    assert plausible_motion(moved, True, prediction, seconds, SETTINGS) is expected
 
 
 @pytest.mark.parametrize(("position_m", "expected"), [(0.005, True), (0.10, False)])
 def test_motion_found_in_the_windows_of_the_prediction(good: Measurement, position_m: float, expected: bool) -> None:
     """Far from the prediction only a search of the whole images is believed, however slow the motion."""
     prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
-    tracked = attrs.evolve(good, frame=attrs.evolve(good.frame, bracket=None))
     change = np.array([position_m, 0.0, 0.0, 0.0, 0.0, 0.0])
-    moved = with_pose(tracked, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
-    assert plausible_motion(moved, prediction, 0.125, SETTINGS) is expected
+    moved = with_pose(good, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
+    assert plausible_motion(moved, False, prediction, 0.125, SETTINGS) is expected

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 from drawn_scene import START_NS, STEP_NS, Look, bracket_target, draw_images, example_rig, frame_of, pose
-from rvdnav import InputError, Navigator, Rig, Solution
+from rvdnav import InputError, Navigator, Solution
 from rvdnav.navigator.transitions import TRANSITIONS, next_state
 from rvdnav.solution import Mode, Reason, State
 from rvdnav.target import Target
@@ -151,29 +151,26 @@ def test_a_scene_without_the_bracket() -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "reason"),
+    ("spoil", "reason", "mode"),
     [
-        (lambda left, right: (None, right), Reason.LEFT_MISSING),
-        (lambda left, right: (left, None), Reason.RIGHT_MISSING),
-        (lambda left, right: (BLACK, right), Reason.LEFT_UNUSABLE),
-        (lambda left, right: (left, BLACK), Reason.RIGHT_UNUSABLE),
-        (lambda left, right: (WHITE, right), Reason.LEFT_UNUSABLE),
-        (lambda left, right: (left, WHITE), Reason.RIGHT_UNUSABLE),
+        (lambda left, right: (None, right), Reason.LEFT_MISSING, Mode.MONO_RIGHT),
+        (lambda left, right: (left, None), Reason.RIGHT_MISSING, Mode.MONO_LEFT),
+        (lambda left, right: (BLACK, right), Reason.LEFT_UNUSABLE, Mode.MONO_RIGHT),
+        (lambda left, right: (left, BLACK), Reason.RIGHT_UNUSABLE, Mode.MONO_LEFT),
+        (lambda left, right: (WHITE, right), Reason.LEFT_UNUSABLE, Mode.MONO_RIGHT),
+        (lambda left, right: (left, WHITE), Reason.RIGHT_UNUSABLE, Mode.MONO_LEFT),
     ],
 )
-def test_one_camera_without_a_usable_image(seen: Images, spoil, reason: Reason) -> None:
-    searching = Navigator(RIG, TARGET).process(frame_of(spoil(*seen)))
-    assert searching.state is State.SEARCHING
-    assert reason in searching.reasons
-
+def test_one_camera_without_a_usable_image(seen: Images, spoil, reason: Reason, mode: Mode) -> None:
     clock = Clock()
-    clock.show(seen)
-    clock.show(seen)
-    coasting = clock.show(spoil(*seen))
-    assert coasting.state is State.COASTING
-    assert coasting.predicted_T_world_target is not None
-    assert reason in coasting.reasons
-    assert clock.show(seen).state is State.TRACKING
+    stereo = [clock.show(seen) for _ in range(2)][-1]
+    mono = clock.show(spoil(*seen))
+    assert mono.state is State.TRACKING
+    assert mono.mode is mode
+    assert mono.reasons == {reason}
+    assert np.linalg.norm(mono.T_world_target[:3, 3] - TRUE[:3, 3]) < 3e-3
+    assert sigmas(mono)[0] > sigmas(stereo)[0]  # the range is known from the size alone
+    assert clock.show(seen).mode is Mode.STEREO
 
 
 def test_both_images_missing(seen: Images) -> None:
@@ -206,8 +203,11 @@ def test_images_that_come_once_more_under_a_new_stamp(seen: Images, frozen: tupl
     assert navigator.process(frame_of(buffer, stamps[1])).published
     repeated = [fresh[1][camera] if frozen[camera] else fresh[2][camera] for camera in (0, 1)]
     solution = navigator.process(frame_of(repeated, stamps[2]))
-    assert solution.state is State.COASTING
     assert solution.reasons == {Reason.DUPLICATE}
+    # The other camera alone goes on.
+    mode = {(True, True): None, (True, False): Mode.MONO_RIGHT, (False, True): Mode.MONO_LEFT}[frozen]
+    assert solution.mode is mode
+    assert solution.state is (State.COASTING if mode is None else State.TRACKING)
     assert navigator.process(frame_of(fresh[3], stamps[3])).published
 
 
@@ -217,7 +217,9 @@ def test_a_frozen_camera_is_known_across_a_missing_image(seen: Images) -> None:
     left, right = seen
     assert navigator.process(frame_of((left, own_image(right, stamps[0])), stamps[0])).published
     assert navigator.process(frame_of((None, own_image(right, stamps[1])), stamps[1])).reasons == {Reason.LEFT_MISSING}
-    assert navigator.process(frame_of((left, own_image(right, stamps[2])), stamps[2])).reasons == {Reason.DUPLICATE}
+    frozen = navigator.process(frame_of((left, own_image(right, stamps[2])), stamps[2]))
+    assert frozen.reasons == {Reason.DUPLICATE}
+    assert frozen.mode is Mode.MONO_RIGHT
 
 
 def test_black_images_are_unusable_rather_than_duplicates(seen: Images) -> None:
@@ -240,9 +242,6 @@ def test_a_jump_is_no_motion(seen: Images) -> None:
 
 
 def test_what_the_navigator_cannot_work_with() -> None:
-    one_camera = Rig(RIG.cameras[:1], [np.eye(4)])
-    with pytest.raises(InputError, match="two"):
-        Navigator(one_camera, TARGET)
     with pytest.raises(InputError, match="known dimensions"):
         Navigator(RIG, Target("guess", TARGET.points, TARGET.lines, TARGET.bars, 0.006, dimensions_known=False))
     with pytest.raises(InputError, match="four-bar"):

@@ -31,6 +31,7 @@ class Core(Stages):
         super().__init__(rig, target, **config)
         runner = ffi.new("rvdnav_runner **")
         check(lib.rvdnav_runner_create(runner))
+        self._T_world_core = _world_of_core(rig)
         self._runner = ffi.gc(runner[0], lib.rvdnav_runner_destroy)
         self._result = ffi.new("rvdnav_frame_result *")
         self._result.struct_size = ffi.sizeof("rvdnav_frame_result")
@@ -65,4 +66,15 @@ class Core(Stages):
         check(lib.rvdnav_runner_process(self._runner, self.handle, c_left, c_right, *windows, self._result))
         record = np.frombuffer(ffi.buffer(self._result), layout.FRAME_RESULT)[0]
         acquired = len(expected_left) + len(expected_right) == 0
-        return frame_result(record, (left is not None, right is not None), acquired)
+        return frame_result(record, (left is not None, right is not None), acquired, self._T_world_core)
+
+
+def _world_of_core(rig: Rig) -> NDArray[np.float64]:
+    """Maps the core's world to W: the same with two cameras.  With one camera W lies where its file says, while the
+    core's world has its origin in the camera's centre and the axes z, y, -x of the rectified frame."""
+    T = np.eye(4)
+    if not rig.is_stereo:
+        R_rect_core = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+        T[:3, :3] = rig.R_world_rect @ R_rect_core
+        T[:3, 3] = rig.T_world_cam[0][:3, 3]
+    return T

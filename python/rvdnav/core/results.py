@@ -73,14 +73,16 @@ class FrameResult:
     """Time of each stage of the join alone."""
 
 
-def frame_result(record: Any, has_view: tuple[bool, bool], acquired: bool) -> FrameResult:
-    """From one FRAME_RESULT record."""
+def frame_result(
+    record: Any, has_view: tuple[bool, bool], acquired: bool, T_world_core: NDArray[np.float64]
+) -> FrameResult:
+    """From one FRAME_RESULT record, with T_world_core (4, 4) from the core's world to W."""
     return FrameResult(
         views=(
             _view_result(record["view"][0]) if has_view[0] else None,
             _view_result(record["view"][1]) if has_view[1] else None,
         ),
-        bracket=_bracket(record["bracket"]) if acquired else None,
+        bracket=_bracket(record["bracket"], T_world_core) if acquired else None,
         apexes_W=record["apexes_W"].copy(),
         apex_found=_mask(record["apex_mask"], 8),
         matches=record["matches"][: record["match_count"]].copy(),
@@ -106,7 +108,7 @@ def _view_result(record: Any) -> ViewResult:
     )
 
 
-def _bracket(record: Any) -> Bracket:
+def _bracket(record: Any, T_world_core: NDArray[np.float64]) -> Bracket:
     T = np.eye(4)
     T[:3, :3] = record["R_W_C"].reshape(3, 3)
     T[:3, 3] = record["p_W"]
@@ -115,7 +117,7 @@ def _bracket(record: Any) -> Bracket:
         ambiguous=bool(record["ambiguous"]),
         score=float(record["score"]),
         runner_up=float(record["runner_up"]),
-        T_world_target=T,
+        T_world_target=T_world_core @ T,
         hypotheses=int(record["hypotheses"]),
     )
 

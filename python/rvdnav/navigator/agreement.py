@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
+from numpy.typing import NDArray
 
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, refine_pose_lines
+from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
+from rvdnav.target import Bracket
 
 # Standard deviation of what displaces an edge's end by itself, px; where it is more, the residuals tell.
 _ENDPOINT_SIGMA_PX = 0.08
@@ -44,3 +47,20 @@ def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float
 def _of_camera(lines: LineMeasurements, camera: int) -> LineMeasurements:
     chosen = lines.camera == camera
     return LineMeasurements(*(getattr(lines, field.name)[chosen] for field in attrs.fields(LineMeasurements)))
+
+
+def disparity_errors(matches: NDArray[np.void], T_world_target: FloatArray, bracket: Bracket, rig: Rig) -> FloatArray:
+    """Disparities (k,) of the accepted ones of correlated points (MATCH records) on the bars' faces minus what the pose
+    (4, 4) predicts for them, px."""
+    matches = matches[matches["accepted"] != 0]
+    if len(matches) == 0:
+        return np.zeros(0)
+    T = T_world_target
+    R_rect_world = rig.R_world_rect.T
+    # The face is the plane x_C = const; its normal and a point on it, seen from the left camera in rectified axes.
+    normal = R_rect_world @ T[:3, 0]
+    point = R_rect_world @ (T[:3, :3] @ bracket.outer[0] + T[:3, 3] - rig.T_world_cam[0][:3, 3])
+    rays = np.column_stack([matches["x"], matches["y"], np.full(len(matches), rig.focal_rect)]) / rig.focal_rect
+    depth = (normal @ point) / (rays @ normal)
+    errors: FloatArray = matches["disparity"] - rig.focal_rect * rig.baseline / depth
+    return errors

@@ -5,7 +5,6 @@ They say that the bar is where the pose puts it, but take no part in the refinem
 
 from __future__ import annotations
 
-import attrs
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,10 +42,11 @@ def back_coverage(
     if not distinct.any():
         return np.zeros(wanted.shape)
     depth = np.array([bracket.thickness, 0.0, 0.0])
-    back = attrs.evolve(bracket, outer=bracket.outer + depth, inner=bracket.inner + depth)
-    sampled = sample_edges(core, rig, images, T_world_target, back, _HALF_WIDTH_PX, np.zeros(wanted.shape, np.int64))
+    edge_points = bracket.edge_points + depth
+    either = np.zeros(wanted.shape, np.int64)
+    sampled = sample_edges(core, rig, images, T_world_target, edge_points, _HALF_WIDTH_PX, either)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
-    lines = LineMeasurements(fits.camera, fits.edge, back.edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
+    lines = LineMeasurements(fits.camera, fits.edge, edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
     offsets, _ = line_residuals(T_world_target, lines, rectified_cameras(rig))
     near = np.zeros(wanted.shape, np.bool_)
     near[fits.camera, fits.edge] = np.abs(offsets).max(axis=1) < _MAX_OFFSET_PX

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from rvdnav.navigator.agreement import view_difference
-from rvdnav.navigator.measurement import Measurement, disparity_errors
+from rvdnav.core import FrameResult
+from rvdnav.navigator.agreement import disparity_errors, view_difference
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
-from rvdnav.pose.arrays import BoolArray, IntArray
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig
 from rvdnav.solution import Reason
-from rvdnav.target import Bracket
 
 _MIN_MATCHES = 3
+# Profiles on the image from which an edge is expected to be shown.
+_MIN_PROFILES = 8
+# Part of the edges that a view holds which it must show.
+_SHOWN_PART = 0.6
 _SHIFT_PX = 0.1
 
 
 def failed_gates(
     measurement: Measurement,
-    bracket: Bracket,
+    model: EdgeModel,
+    frame: FrameResult,
     rig: Rig,
     settings: NavigatorSettings,
     range_gate: tuple[float, float],
@@ -27,43 +35,72 @@ def failed_gates(
     """What speaks against publishing the measurement by itself; empty if nothing does."""
     reasons = set()
     pose = measurement.pose
-    front = measurement.coverage >= settings.edge_coverage
-    shown = front | (measurement.back_coverage >= settings.edge_coverage)
-    few = shown.sum(axis=1).min() < settings.min_edges or measurement.total_coverage < settings.min_coverage
-    acquired = measurement.frame.bracket is not None
-    least = settings.acquired_bar_edges if acquired else settings.min_bar_edges
-    if few or not _every_bar_shown(shown, measurement.sampled.attempted, least):
+    acquired = frame.bracket is not None
+    if not _enough_shown(measurement, model, settings, acquired):
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
     if weighted_rms(measurement) > settings.max_rms_px:
         reasons.add(Reason.RESIDUALS)
-    if displaced_bars(front, measurement.polarity) >= settings.min_displaced_bars:
-        reasons.add(Reason.DISPLACED)
-    errors = disparity_errors(measurement, bracket, rig)
-    # Of faces without texture a few points are matched to something else: only most of them together contradict.
-    astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
-    if len(errors) >= _MIN_MATCHES and 2 * astray > len(errors):
-        reasons.add(Reason.CROSS_VIEW)
-    if view_difference(measurement, rig, settings.calibration_sigma) > settings.view_sigmas:
+    views = np.count_nonzero(measurement.seen)
+    if model.bracket is not None:
+        front = measurement.coverage >= settings.edge_coverage
+        # A bar beside itself is so in every view.
+        if 2 * displaced_bars(front, measurement.polarity) >= views * settings.min_displaced_bars:
+            reasons.add(Reason.DISPLACED)
+        errors = disparity_errors(frame.matches, pose.T_world_target, model.bracket, rig)
+        # Of faces without texture a few points are matched to something else: only most of them together contradict.
+        astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
+        if len(errors) >= _MIN_MATCHES and 2 * astray > len(errors):
+            reasons.add(Reason.CROSS_VIEW)
+    if views > 1 and view_difference(measurement, rig, settings.calibration_sigma) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
     if not range_gate[0] <= distance <= range_gate[1]:
         reasons.add(Reason.RANGE_GATE)
-    sigma_position = float(np.sqrt(np.linalg.eigvalsh(pose.covariance[:3, :3])[-1]))
-    sigma_attitude = float(np.sqrt(np.linalg.eigvalsh(pose.covariance[3:, 3:])[-1]))
-    if sigma_position > settings.max_position_sigma or sigma_attitude > settings.max_attitude_sigma * (1.0 + distance):
-        reasons.add(Reason.COVARIANCE)
+    if _too_uncertain(pose.covariance, distance, settings):
+        # The rival's share widens the covariance; without it the pose by itself is sure enough.
+        alone = measurement.rival is None or _too_uncertain(measurement.own_covariance, distance, settings)
+        reasons.add(Reason.COVARIANCE if alone else Reason.AMBIGUOUS)
     return frozenset(reasons)
 
 
-def _every_bar_shown(shown: BoolArray, attempted: IntArray, least: int) -> bool:
-    """Whether each bar is shown by enough of its two edges in the views that should see them; shown and attempted
+def _too_uncertain(covariance: FloatArray, distance: float, settings: NavigatorSettings) -> bool:
+    """Whether the largest standard deviation in any direction exceeds its limit; distance, m."""
+    position, attitude = (float(np.sqrt(np.linalg.eigvalsh(block)[-1])) for block in _blocks(covariance))
+    return position > settings.max_position_sigma or attitude > settings.max_attitude_sigma * (1.0 + distance)
+
+
+def _blocks(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return covariance[:3, :3], covariance[3:, 3:]
+
+
+def _enough_shown(measurement: Measurement, model: EdgeModel, settings: NavigatorSettings, acquired: bool) -> bool:
+    """Whether the images show enough of the target's edges where the pose puts them."""
+    shown = (measurement.coverage >= settings.edge_coverage) | (measurement.back_coverage >= settings.edge_coverage)
+    expected = measurement.sampled.attempted >= _MIN_PROFILES
+    # At close range parts of the target are beyond the images' borders: a view cannot show more than it holds.
+    least = np.minimum(settings.min_edges, np.ceil(_SHOWN_PART * expected.sum(axis=1)))
+    seen = measurement.seen
+    if (shown.sum(axis=1) < least)[seen].any() or measurement.total_coverage < settings.min_coverage:
+        return False
+    if shown.any(axis=0).sum() < min(settings.min_edges, len(model)):
+        return False
+    if model.bracket is None:
+        return True
+    of_stereo = settings.acquired_bar_edges if acquired else settings.min_bar_edges
+    # Of two edge images rather than four, where there is one view.
+    per_bar = of_stereo if seen.all() and len(seen) > 1 else math.ceil(of_stereo / 2)
+    return _every_bar_shown(shown, expected, per_bar)
+
+
+def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:
+    """Whether each bar is shown by enough of its two edges in the views that should see them; shown and expected
     (cameras, edges).  Without a bar the target's size in one direction goes unchecked: a wrong one passes for a tilt.
     """
-    expected = (attempted > 0).reshape(len(attempted), -1, 2).sum(axis=(0, 2))
+    wanted = expected.reshape(len(expected), -1, 2).sum(axis=(0, 2))
     found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))
-    return bool((found >= np.minimum(expected, least)).all())
+    return bool((found >= np.minimum(wanted, least)).all())
 
 
 def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
@@ -92,7 +129,7 @@ def weighted_rms(measurement: Measurement) -> float:
 
 
 def plausible_motion(
-    measurement: Measurement, prediction: PredictedPose, seconds: float, settings: NavigatorSettings
+    measurement: Measurement, acquired: bool, prediction: PredictedPose, seconds: float, settings: NavigatorSettings
 ) -> bool:
     """Whether the target can have come from the prediction to the measured pose.
 
@@ -104,7 +141,7 @@ def plausible_motion(
     covariance = prediction.covariance + measurement.pose.covariance
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
-    if measurement.frame.bracket is None:
+    if not acquired:
         return False
     slow = float(np.linalg.norm(error[:3])) <= settings.max_speed * seconds
     return slow and float(np.linalg.norm(error[3:])) <= settings.max_turn_rate * seconds

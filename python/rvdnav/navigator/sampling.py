@@ -1,4 +1,4 @@
-"""Edge samples: the bracket's edges at a pose, measured in the grey values of both views."""
+"""Edge samples: the target's edges at a pose, measured in the grey values of the views."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from rvdnav.bracket import Bracket
 from rvdnav.core import Core
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
 from rvdnav.pose.arrays import FloatArray, IntArray
@@ -40,25 +39,26 @@ def sample_edges(
     rig: Rig,
     images: tuple[NDArray[np.uint8] | None, ...],
     T_world_target: FloatArray,
-    bracket: Bracket,
+    edge_points: FloatArray,
     half_width: float,
     polarity: IntArray,
 ) -> SampledEdges:
-    """Profiles across the bracket's front edges, half_width px to both sides of where the pose puts them.
+    """Profiles across edges (m, 2, 3) of the target, half_width px to both sides of where the pose puts them.
 
     polarity (cameras, edges): of the steps to be found, +1 brighter towards the normal (-dy, dx) of the edge's
     projection, -1 darker, 0 either.
 
-    A view without image gives none.  Raises PoseError for a target that is not in front of the cameras.
+    A view without image gives none; one at least has an image.  Raises PoseError for a target that is not in front of
+    the cameras.
     """
     cameras = rectified_cameras(rig)
-    edges = len(bracket.edge_points)
+    edges = len(edge_points)
     attempted = np.zeros((len(images), edges), np.int64)
     camera_parts, found_parts = [], []
     for camera, image in enumerate(images):
         if image is None:
             continue
-        xy, _ = project_edges(cameras, camera, T_world_target, bracket.edge_points)
+        xy, _ = project_edges(cameras, camera, T_world_target, edge_points)
         span = xy[:, 1] - xy[:, 0]
         length = np.linalg.norm(span, axis=1)
         margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]

@@ -14,7 +14,8 @@ from rvdnav.pose.euler import (
     euler_from_rotation,
     rotation_from_euler,
 )
-from rvdnav.pose.filter import ConstantVelocityFilter, PredictedPose
+from rvdnav.pose.filter import ConstantVelocityFilter, FilterState, PredictedPose
+from rvdnav.pose.p3p import iterative_three_point_pose, p3p
 from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_edges, refine_pose_lines
 from rvdnav.pose.refined import RefinedPose
 from rvdnav.pose.so3 import (
@@ -38,6 +39,7 @@ __all__ = [
     "ConstantVelocityFilter",
     "EdgeLines",
     "EulerAngles",
+    "FilterState",
     "LineMeasurements",
     "PoseError",
     "PredictedPose",
@@ -53,10 +55,12 @@ __all__ = [
     "frame_from_points",
     "hat",
     "inverse_T",
+    "iterative_three_point_pose",
     "left_jacobian",
     "line_residuals",
     "log",
     "make_T",
+    "p3p",
     "perturb",
     "pose_from_apexes",
     "project_to_so3",

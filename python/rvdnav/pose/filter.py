@@ -28,11 +28,14 @@ class PredictedPose:
 
 
 @frozen(eq=False)
-class _State:
+class FilterState:
+    """What the filter knows at timestamp_ns: pose T (4, 4) = T_world_target; velocity (6,): linear, m/s, and angular,
+    rad/s, in W; covariance (12, 12) in the order position, rotation, linear velocity, angular velocity."""
+
     timestamp_ns: int
     T: FloatArray
-    velocity: FloatArray  # linear (m/s), angular (rad/s), in W
-    covariance: FloatArray  # (12, 12): position, rotation, linear velocity, angular velocity
+    velocity: FloatArray
+    covariance: FloatArray
 
 
 class ConstantVelocityFilter:
@@ -46,12 +49,13 @@ class ConstantVelocityFilter:
     def __init__(self, linear_acceleration_density: float = 0.05, angular_acceleration_density: float = 0.1) -> None:
         densities = np.repeat([linear_acceleration_density, angular_acceleration_density], 3)
         self._spectrum: FloatArray = densities**2
-        self._state: _State | None = None
+        self.state: FilterState | None = None
+        """None before the first update; may be set to take up a filter that was left."""
 
     @property
     def initialised(self) -> bool:
         """Whether there was an update since the start or the last reset."""
-        return self._state is not None
+        return self.state is not None
 
     @property
     def smoothed(self) -> PredictedPose:
@@ -71,7 +75,7 @@ class ConstantVelocityFilter:
 
     def reset(self) -> None:
         """Forget everything; the next update starts anew."""
-        self._state = None
+        self.state = None
 
     def predict(self, timestamp_ns: int) -> PredictedPose:
         """The pose expected at a time not before the last update; the filter itself stays where it is.
@@ -90,12 +94,12 @@ class ConstantVelocityFilter:
         noise = float_array(covariance, 6, 6)
         if not (np.linalg.eigvalsh(noise) > 0.0).all():
             raise PoseError("the covariance of a measured pose is not positive definite")
-        if self._state is None:
+        if self.state is None:
             initial = np.repeat([_INITIAL_LINEAR_SIGMA, _INITIAL_ANGULAR_SIGMA], 3) ** 2
             zero = np.zeros((6, 6))
-            self._state = _State(timestamp_ns, T, np.zeros(6), np.block([[noise, zero], [zero, np.diag(initial)]]))
+            self.state = FilterState(timestamp_ns, T, np.zeros(6), np.block([[noise, zero], [zero, np.diag(initial)]]))
             return
-        if timestamp_ns == self._state.timestamp_ns:
+        if timestamp_ns == self.state.timestamp_ns:
             raise PoseError("two measured poses have the same timestamp")
         prior = self._propagated(timestamp_ns)
         P = prior.covariance
@@ -106,19 +110,19 @@ class ConstantVelocityFilter:
         keep[:, :6] -= gain
         posterior = keep @ P @ keep.T + gain @ noise @ gain.T
         corrected = perturb(prior.T, correction[:6])
-        self._state = _State(
+        self.state = FilterState(
             timestamp_ns,
             make_T(project_to_so3(corrected[:3, :3]), corrected[:3, 3]),
             prior.velocity + correction[6:],
             (posterior + posterior.T) / 2.0,
         )
 
-    def _started(self) -> _State:
-        if self._state is None:
+    def _started(self) -> FilterState:
+        if self.state is None:
             raise PoseError("the filter has seen no pose yet")
-        return self._state
+        return self.state
 
-    def _propagated(self, timestamp_ns: int) -> _State:
+    def _propagated(self, timestamp_ns: int) -> FilterState:
         state = self._started()
         dt = (timestamp_ns - state.timestamp_ns) * 1e-9
         if dt < 0.0:
@@ -132,4 +136,4 @@ class ConstantVelocityFilter:
         pose, cross, rate = (np.diag(self._spectrum * dt**power / power) for power in (3, 2, 1))
         Q = np.block([[pose, cross], [cross, rate]])
         covariance = F @ state.covariance @ F.T + Q
-        return _State(timestamp_ns, perturb(state.T, state.velocity * dt), state.velocity, covariance)
+        return FilterState(timestamp_ns, perturb(state.T, state.velocity * dt), state.velocity, covariance)

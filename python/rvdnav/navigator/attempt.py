@@ -1,0 +1,170 @@
+"""Ways to measure a frame: its edges tracked where they are expected, or the target sought in the whole images."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from rvdnav.core import Core, FrameResult
+from rvdnav.navigator.coarse import coarse_pose, measured_segments
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.gates import failed_gates
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.measurement import Measurement, measure
+from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.two_fold import decide
+from rvdnav.navigator.windows import predicted_windows
+from rvdnav.pose import PoseError, PredictedPose
+from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.rig import Rig
+from rvdnav.solution import Acquisition, Reason
+
+Images = tuple[NDArray[np.uint8] | None, ...]
+"""Of each camera, None where it has none."""
+
+# An image with less than this is no picture of the target: mean grey level, share of saturated pixels, edge pixels.
+_DARK_GREY = 1.0
+_SATURATED = 0.5
+_MIN_EDGE_PIXELS = 50
+UNUSABLE = (Reason.LEFT_UNUSABLE, Reason.RIGHT_UNUSABLE)
+"""Of the left and of the right camera."""
+
+
+@attrs.frozen(eq=False)
+class Attempt:
+    """What came of one way to measure a frame: published only without reasons."""
+
+    reasons: frozenset[Reason]
+    frame: FrameResult
+    images: Images
+    measurement: Measurement | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing speaks against the measurement."""
+        return not self.reasons and self.measurement is not None
+
+    @property
+    def segments(self) -> dict[int, FloatArray]:
+        """Of the measurement, see `measured_segments`; none without one."""
+        return {} if self.measurement is None else measured_segments(self.frame)
+
+    @property
+    def unusable(self) -> tuple[int, ...]:
+        """Cameras whose image is there but no picture of a target."""
+        views = zip(self.images, self.frame.views, strict=False)
+        return tuple(camera for camera, (image, view) in enumerate(views) if image is not None and _unusable(view))
+
+    @property
+    def acquisition(self) -> Acquisition | None:
+        """What the search of the whole images found; None if they were not searched."""
+        found = self.frame.bracket
+        return None if found is None else Acquisition(found.score, found.runner_up, found.hypotheses)
+
+
+class Surveyor:
+    """Measures single frames of one target with one rig; remembers nothing.
+
+    times: stage name -> seconds, to which every call adds what it took.
+    """
+
+    def __init__(self, core: Core, rig: Rig, model: EdgeModel, settings: NavigatorSettings) -> None:
+        self._core = core
+        self._rig = rig
+        self._model = model
+        self._settings = settings
+        self._cameras = rectified_cameras(rig)
+
+    def track(
+        self,
+        images: Images,
+        prediction: PredictedPose,
+        polarity: IntArray,
+        earlier_odds: float | None,
+        times: dict[str, float],
+    ) -> Attempt | None:
+        """The edges sought where they are expected; None where that says too little.
+
+        polarity (cameras, edges): as last published.  earlier_odds: see `two_fold.decide`.
+        """
+        windows: list[Any] = [(), ()]
+        try:
+            for camera, image in enumerate(images):
+                if image is None:
+                    continue
+                windows[camera] = predicted_windows(
+                    prediction, self._model.edge_points, self._cameras, camera, polarity[camera], self._settings
+                )
+        except PoseError:  # predicted out of the cameras' sight
+            return None
+        if windows[0] is None or windows[1] is None:
+            return None
+        frame = self._process(images, windows, times)
+        return self._refine(frame, images, prediction.T_world_target, polarity, prediction, earlier_odds, times)
+
+    def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
+        """The bracket sought in the whole images."""
+        frame = self._process(images, [(), ()], times)
+        bracket = frame.bracket
+        if bracket is None or not bracket.found:
+            reasons = {UNUSABLE[camera] for camera in Attempt(frozenset(), frame, images).unusable}
+            if not reasons:
+                reasons.add(Reason.AMBIGUOUS if bracket is not None and bracket.ambiguous else Reason.NO_TARGET)
+            if frame.limits:
+                reasons.add(Reason.LIMIT)
+            return Attempt(frozenset(reasons), frame, images)
+        unknown = np.zeros((len(self._rig.cameras), len(self._model)), np.int64)
+        return self._refine(frame, images, bracket.T_world_target, unknown, prediction, None, times)
+
+    def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
+        frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
+        _add_times(times, frame)
+        return frame
+
+    def _refine(
+        self,
+        frame: FrameResult,
+        images: Images,
+        prior: FloatArray,
+        polarity: IntArray,
+        prediction: PredictedPose | None,
+        earlier_odds: float | None,
+        times: dict[str, float],
+    ) -> Attempt:
+        start = time.perf_counter()
+        try:
+            coarse = coarse_pose(self._model, frame, self._cameras, prior)
+            measurement = measure(self._core, self._rig, self._model, images, coarse, polarity)
+            if np.count_nonzero(measurement.seen) == 1:
+                decision = decide(measurement, self._model, self._cameras, prediction, earlier_odds)
+                if decision.swapped:
+                    T = decision.T_world_target
+                    measurement = measure(self._core, self._rig, self._model, images, T, polarity)
+                measurement = decision.widened(measurement)
+        except PoseError:
+            return Attempt(frozenset({Reason.DEGENERATE}), frame, images)
+        finally:
+            times["pose"] = times.get("pose", 0.0) + time.perf_counter() - start
+        config = self._core.config
+        gate = (config.range_min, config.range_max)
+        reasons = failed_gates(measurement, self._model, frame, self._rig, self._settings, gate)
+        return Attempt(reasons, frame, images, measurement)
+
+
+def _unusable(view: Any) -> bool:
+    return view is None or (
+        view.mean_grey < _DARK_GREY or view.saturated > _SATURATED or view.edge_count < _MIN_EDGE_PIXELS
+    )
+
+
+def _add_times(times: dict[str, float], frame: FrameResult) -> None:
+    """The stages' times: the slower of the two views, which run at once, plus the join."""
+    stages: Mapping[str, int] = frame.stage_ns
+    for stage, joined in stages.items():
+        slowest = max((view.stage_ns[stage] for view in frame.views if view is not None), default=0)
+        times[stage] = times.get(stage, 0.0) + (slowest + joined) * 1e-9

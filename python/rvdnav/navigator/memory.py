@@ -1,0 +1,37 @@
+"""Everything that the navigator carries from one frame to the next."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from rvdnav.pose import FilterState
+from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.solution import State
+
+
+@attrs.frozen(eq=False)
+class Memory:
+    """A navigator's memory; with it and the next frame the next solution is determined to the last bit.
+
+    filter_state: of the constant-velocity filter, None before the first pose.  last_frame_ns: stamp of the newest
+    frame, last_pose_ns of the last published one.  polarity (cameras, edges): of the edges as last published, see
+    `Measurement.polarity`.  image_digests: of each camera's last image, None where there was none.  held_odds: while
+    one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
+    calibration_part (6, 6): of the last published covariance, due to the calibration.
+    """
+
+    state: State
+    filter_state: FilterState | None
+    last_frame_ns: int | None
+    last_pose_ns: int
+    polarity: IntArray
+    image_digests: tuple[bytes | None, ...]
+    calibration_part: FloatArray
+    held_odds: float | None = None
+
+    @classmethod
+    def blank(cls, cameras: int, edges: int) -> Memory:
+        """Of a navigator that has seen nothing yet."""
+        unknown = np.zeros((cameras, edges), np.int64)
+        return cls(State.SEARCHING, None, None, 0, unknown, (None,) * cameras, np.zeros((6, 6)))

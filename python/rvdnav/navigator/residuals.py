@@ -1,0 +1,26 @@
+"""How the edges of a measurement agree with its pose, edge by edge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.measurement import Measurement
+from rvdnav.solution import LineResidual
+
+
+def line_residuals(measurement: Measurement, model: EdgeModel) -> tuple[LineResidual, ...]:
+    """Residuals of every edge in every view: of its line's two endpoints against the pose."""
+    lines, pose = measurement.lines, measurement.pose
+    agreed = np.zeros_like(measurement.sampled.attempted)
+    np.add.at(agreed, (measurement.sampled.camera[measurement.inlier], measurement.sampled.edge[measurement.inlier]), 1)
+    measured = {key: i for i, key in enumerate(zip(lines.camera.tolist(), lines.edge.tolist(), strict=True))}
+    residuals = []
+    for camera in range(agreed.shape[0]):
+        for edge, name in enumerate(model.names):
+            i = measured.get((camera, edge))
+            ends = np.zeros(2) if i is None else pose.residuals[i]
+            samples = int(agreed[camera, edge])
+            rms, mean = float(np.sqrt(np.mean(ends**2))), float(np.mean(ends))
+            residuals.append(LineResidual(camera, name, samples > 0, samples, rms, mean))
+    return tuple(residuals)
