@@ -110,10 +110,12 @@ class Navigator:
         """The best attempt at a frame, and the cameras whose images turned out to be no pictures of the target."""
         attempt = self._search(timestamp_ns, images, times)
         unusable = attempt.unusable
-        if attempt.passed or len(unusable) == sum(image is not None for image in images) or not unusable:
+        if attempt.passed or not unusable:
             return attempt, frozenset()
-        left_over = tuple(None if camera in unusable else image for camera, image in enumerate(images))
         notes = frozenset(UNUSABLE[camera] for camera in unusable)
+        left_over = tuple(None if camera in unusable else image for camera, image in enumerate(images))
+        if all(image is None for image in left_over):
+            return attrs.evolve(attempt, reasons=notes, measurement=None), notes
         return self._search(timestamp_ns, left_over, times), notes
 
     def _search(self, timestamp_ns: int, images: Images, times: dict[str, float]) -> Attempt:
