@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from rvdnav.core import FrameResult
@@ -21,6 +19,8 @@ _MIN_MATCHES = 3
 _MIN_PROFILES = 8
 # Part of the edges that a view holds which it must show.
 _SHOWN_PART = 0.6
+# Of a bar: two edges in two views.
+_EDGE_IMAGES = 4
 _SHIFT_PX = 0.1
 
 
@@ -88,19 +88,18 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
         return False
     if model.bracket is None:
         return True
-    of_stereo = settings.acquired_bar_edges if acquired else settings.min_bar_edges
-    # Of two edge images rather than four, where there is one view.
-    per_bar = of_stereo if seen.all() and len(seen) > 1 else math.ceil(of_stereo / 2)
-    return _every_bar_shown(shown, expected, per_bar)
+    return _every_bar_shown(shown, expected, settings.acquired_bar_edges if acquired else settings.min_bar_edges)
 
 
 def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:
     """Whether each bar is shown by enough of its two edges in the views that should see them; shown and expected
-    (cameras, edges).  Without a bar the target's size in one direction goes unchecked: a wrong one passes for a tilt.
+    (cameras, edges); least, of a bar's four edge images.  Without a bar the target's size in one direction goes
+    unchecked: a wrong one passes for a tilt.
     """
     wanted = expected.reshape(len(expected), -1, 2).sum(axis=(0, 2))
     found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))
-    return bool((found >= np.minimum(wanted, least)).all())
+    # Fewer are asked for where one view alone, or a part of the bracket, is there to show them.
+    return bool((found >= np.ceil(wanted * least / _EDGE_IMAGES)).all())
 
 
 def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:

@@ -12,6 +12,9 @@ from rvdnav.pose import PredictedPose, RectifiedCameras
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.pose.cameras import project_along
 
+# Nearer the target's edges lie farther apart, and a window of this part of the longest one still tells them apart.
+_MAX_PART = 0.08
+
 
 def predicted_windows(
     prediction: PredictedPose,
@@ -33,7 +36,7 @@ def predicted_windows(
     sigma = _across_sigma(prediction, edge_points, cameras, camera, theta)
     length = np.maximum(t[:, 1] - t[:, 0], 1.0)
     half_rho = settings.window_min_rho_px + settings.window_sigmas * sigma.max(axis=1)
-    if half_rho.max() > settings.window_max_rho_px:
+    if half_rho.max() > max(settings.window_max_rho_px, _MAX_PART * float(length.max())):
         return None
     windows = np.zeros(len(edge_points), layout.WINDOW)
     windows["edge"] = np.arange(len(edge_points))
