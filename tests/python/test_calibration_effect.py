@@ -85,6 +85,17 @@ def test_a_bracket_partly_out_of_view() -> None:
     assert whitened_error(found, difference(above, below)) < 0.03
 
 
+@pytest.mark.parametrize("view", [0, 1])
+def test_a_stereo_rig_with_one_view(view: int) -> None:
+    rig, T = wide_rig(), POSES[0]
+    edges = [edge for edge in raw_edges(rig, T) if edge[0] == view]
+    refined, lines = solve(rig, edges, T)
+    delta = 0.02 * SIGMA * np.random.default_rng(6).standard_normal(22)
+    above, below = (solve(rig.perturbed(sign * delta), edges, T)[0].T_world_target for sign in (1.0, -1.0))
+    found = 2.0 * CalibrationEffect.of(rig).pose_derivative(refined, lines) @ delta
+    assert whitened_error(found, difference(above, below)) < 0.03
+
+
 def test_the_covariance_is_that_of_poses_under_drawn_calibrations() -> None:
     rng = np.random.default_rng(11)
     mixing = np.diag(0.1 * SIGMA) @ (np.eye(22) + 0.15 * rng.standard_normal((22, 22)))

@@ -120,6 +120,8 @@ class CalibrationEffect:
         on_image = np.empty(xy.shape[:2])
         for i, coefficients in enumerate(self.shift):
             chosen = camera == i
+            if not chosen.any():
+                continue
             place = 2.0 * self.rig.rect_to_raw(i, xy[chosen]) / _last_pixel(self.rig) - 1.0
             on_image[chosen] = (np.abs(place) <= 1.0).all(axis=-1)
             shift[chosen] = np.tensordot(_basis(np.clip(np.nan_to_num(place), -1.0, 1.0)), coefficients, 1)
