@@ -15,6 +15,7 @@ from rvdnav import __version__
 from rvdnav.cli.bench import bench
 from rvdnav.cli.evaluate import evaluate
 from rvdnav.cli.run import run
+from rvdnav.cli.simulate import render
 from rvdnav.errors import InputError
 
 EXIT_BAD_INPUT = 2
@@ -65,6 +66,15 @@ def _evaluate(
 ) -> int:
     """Compare a run with the true poses: a table, and evaluation.html in DIR."""
     return evaluate(sequence, directory)
+
+
+@app.command("simulate")
+def _simulate(
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (YAML).")],
+    out: Annotated[Path, typer.Option("--out", metavar="SEQUENCE", help="Folder of the sequence to be made.")],
+) -> int:
+    """Render a scenario into a stereo sequence with its true poses; goes on where an interrupted run stopped."""
+    return render(scenario, out)
 
 
 @app.command("bench")

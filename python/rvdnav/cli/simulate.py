@@ -1,0 +1,28 @@
+"""``rvdnav simulate``: a scenario in, a sequence folder out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from rvdnav.cli.tables import console
+from rvdnav.simulation import load_scenario, simulate
+
+
+def render(path: Path, out: Path) -> int:
+    """Render the scenario at ``path`` into the folder ``out``.  Raises InputError."""
+    scenario = load_scenario(path)
+    errors = Console(stderr=True, highlight=False, markup=False)
+    columns = (TextColumn("images"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    try:
+        with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+            task = bar.add_task("images", total=None)
+            made = simulate(scenario, out, progress=lambda done, total: bar.update(task, completed=done, total=total))
+    except (KeyboardInterrupt, SystemExit):
+        errors.print("rvdnav: interrupted; the same command goes on from here", soft_wrap=True)
+        raise
+    note = f"{scenario.frames} frames" if made else "complete already"
+    console.print(f"sequence: {out} ({note})", soft_wrap=True)
+    return 0

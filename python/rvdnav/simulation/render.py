@@ -1,0 +1,119 @@
+"""Images as light: rays through the exact lens, path-traced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.so3 import inverse_T
+from rvdnav.simulation.lens import RayTable
+from rvdnav.simulation.lights import irradiance
+from rvdnav.simulation.scenario import Scenario
+from rvdnav.simulation.scene import SceneBuilder
+from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
+
+_MAX_DEPTH = 4
+_CLIP_LEVELS = 6.0
+"""A single ray counts no more than this many times the reference surface: a rare glint would be a speck of noise."""
+_CHUNK_RAYS = 2_000_000
+
+
+@attrs.frozen(eq=False)
+class LightImage:
+    """signal (h, w): light in units of the reference surface's, a matte one of the bracket's reflectance held towards
+    the cameras at the target; not yet blurred.  sky (h, w): the part of each pixel that no object covers."""
+
+    signal: FloatArray
+    sky: FloatArray
+
+
+class Renderer:
+    """Renders the frames of a scenario.
+
+    columns, rows: the part of the image that is wanted, px; all of it by default.
+    """
+
+    def __init__(
+        self, mitsuba: Any, scenario: Scenario, *, columns: slice | None = None, rows: slice | None = None
+    ) -> None:
+        self._mi = mitsuba
+        self._scenario = scenario
+        self._builder = SceneBuilder(mitsuba, scenario)
+        rig = scenario.rig
+        columns, rows = columns or slice(0, rig.width), rows or slice(0, rig.height)
+        self._tables = [RayTable(camera, columns, rows) for camera in rig.cameras]
+        self._integrator = mitsuba.load_dict({"type": "path", "max_depth": _MAX_DEPTH})
+        self._scene: tuple[int, Any] | None = None
+
+    def render(self, frame: int, camera: int) -> LightImage:
+        """What a camera gets in a frame: it follows from the scenario, the two numbers and Mitsuba's variant alone."""
+        if self._scene is None or self._scene[0] != frame:
+            self._scene = frame, self._builder.build(frame)
+        scene = self._scene[1]
+        T_C_cam = inverse_T(self._scenario.T_world_target(frame)) @ self._scenario.rig.T_world_cam[camera]
+        rng = np.random.default_rng([self._scenario.seed, 1, frame, camera])
+        meter = irradiance(self._scenario.rig, self._scenario.lights, self._scenario.target_middle(frame))
+        reference = BRACKET_REFLECTANCE / np.pi * meter.total
+        table = self._tables[camera]
+        height, width = table.shape
+        signal, sky = np.empty(table.shape), np.empty(table.shape)
+        band = max(1, _CHUNK_RAYS // (width * self._scenario.samples))
+        for first in range(0, height, band):
+            rows = slice(first, min(first + band, height))
+            rays = table.rays(rows, *_places((rows.stop - first, width, self._scenario.samples), rng))
+            light, hit = self._trace(scene, rays, T_C_cam, int(rng.integers(2**31)))
+            signal[rows] = np.minimum(light / reference, _CLIP_LEVELS).mean(axis=2)
+            sky[rows] = 1.0 - hit.mean(axis=2)
+        return LightImage(signal, sky)
+
+    def _trace(self, scene: Any, rays: FloatArray, T_C_cam: FloatArray, seed: int) -> tuple[FloatArray, FloatArray]:
+        """Radiance and whether anything was hit, each (...), along rays (..., 3) in the camera frame."""
+        mi = self._mi
+        shape, samples = rays.shape[:-1], rays.shape[-2]
+        directions = rays.reshape(-1, 3) @ T_C_cam[:3, :3].T
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+        if mi.variant().startswith("scalar"):
+            light, hit = self._trace_one_by_one(scene, sampler, seed, samples, directions, T_C_cam[:3, 3])
+        else:
+            sampler.set_samples_per_wavefront(samples)
+            sampler.seed(seed, len(directions))
+            bundle = mi.Ray3f(
+                mi.Point3f(T_C_cam[:3, 3].tolist()), mi.Vector3f(np.ascontiguousarray(directions.T, dtype=np.float32))
+            )
+            radiance, _, _ = self._integrator.sample(scene, sampler, bundle)
+            light = np.array(radiance, dtype=np.float64).ravel()
+            hit = np.array(scene.ray_test(bundle))
+        return light.reshape(shape), hit.reshape(shape)
+
+    def _trace_one_by_one(
+        self, scene: Any, sampler: Any, seed: int, samples: int, directions: FloatArray, origin: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        light, hit = np.empty(len(directions)), np.empty(len(directions), dtype=bool)
+        for index, direction in enumerate(directions.tolist()):
+            if index % samples == 0:
+                sampler.seed(seed + index)
+            ray = self._mi.Ray3f(origin.tolist(), direction)
+            light[index] = self._integrator.sample(scene, sampler, ray)[0][0]  # grey: all channels are alike
+            hit[index] = scene.ray_test(ray)
+            sampler.advance()
+        return light, hit
+
+
+def _places(shape: tuple[int, int, int], rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Where in its pixel each ray of (h, w, samples) goes: du and dv of that shape, px in [-0.5, 0.5].
+
+    The largest square number of rays is spread over a regular grid of squares, at random in each, the rest over the
+    whole pixel.
+    """
+    samples = shape[2]
+    side = int(samples**0.5)
+    middles = (np.arange(side) + 0.5) / side - 0.5
+    middle, size = np.zeros((2, samples)), np.ones(samples)
+    middle[0, : side * side], middle[1, : side * side] = np.tile(middles, side), np.repeat(middles, side)
+    size[: side * side] = 1.0 / side
+    jitter = rng.random((2, *shape)) - 0.5
+    return middle[0] + size * jitter[0], middle[1] + size * jitter[1]

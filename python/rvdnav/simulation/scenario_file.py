@@ -1,0 +1,210 @@
+"""Reading of scenario files; docs/simulation.md lists the keys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from rvdnav.errors import InputError
+from rvdnav.rig import load_rig
+from rvdnav.simulation.course import Course, Motion
+from rvdnav.simulation.scenario import Background, Lights, Scenario, Sensor
+from rvdnav.simulation.solids import box_target, bracket_target
+from rvdnav.target import Target, load_target
+from rvdnav.yamlio import Section, read_yaml
+
+_BRACKET_MM = ("long_base_mm", "short_base_mm", "height_mm", "bar_width_mm", "bar_thickness_mm")
+_COURSES = {"x_m": 1.0, "y_m": 1.0, "z_m": 1.0} | {f"{angle}_deg": math.pi / 180 for angle in ("phi", "theta", "psi")}
+_SENSOR = {
+    "psf_sigma_px": "psf_sigma",
+    "level_dn": "level",
+    "black_level_dn": "black_level",
+    "read_noise_dn": "read_noise",
+    "shot_noise_dn": "shot_noise",
+    "prnu": "prnu",
+    "vignetting": "vignetting",
+}
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """The scenario that a YAML file describes; paths in it are relative to its folder.
+
+    Raises InputError naming the file and the key for anything missing, unknown, of another kind or senseless, and for
+    faults of the rig's and the target's files.
+    """
+    file = read_yaml(Path(path))
+    _known(
+        file,
+        "name",
+        "seed",
+        "frames",
+        "rate_hz",
+        "rig",
+        "target",
+        "motion",
+        "lights",
+        "background",
+        "sensor",
+        "samples_per_pixel",
+    )
+    settings: dict[str, Any] = {}
+    if "lights" in file:
+        settings["lights"] = _lights(file.section("lights"))
+    if "background" in file:
+        settings |= _background(file.section("background"))
+    if "sensor" in file:
+        settings["sensor"] = _sensor(file.section("sensor"))
+    if "samples_per_pixel" in file:
+        settings["samples"] = _whole(file, "samples_per_pixel", 1)
+    rate = file.number("rate_hz")
+    if rate < 1e-3:
+        raise file.fault("rate_hz", "is less than 0.001")
+    rig, target, motion = _rig(file), _target(file), _motion(file.section("motion"))
+    try:
+        return Scenario(
+            name=file.text("name"),
+            seed=_whole(file, "seed", 0),
+            frames=_whole(file, "frames", 1),
+            rate=rate,
+            rig=rig,
+            target=target,
+            motion=motion,
+            **settings,
+        )
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _known(section: Section, *keys: str) -> None:
+    for key in section:
+        if key not in keys:
+            raise section.fault(key, f"is not known; the keys are {', '.join(keys)}")
+
+
+def _one_of(section: Section, keys: Collection[str]) -> str:
+    _known(section, *keys)
+    given = [key for key in keys if key in section]
+    if len(given) != 1:
+        raise InputError(f"{section.path}: {section.prefix[:-1]} needs exactly one of {', '.join(keys)}")
+    return given[0]
+
+
+def _whole(section: Section, key: str, least: int) -> int:
+    value = section.number(key)
+    if value != int(value) or value < least:
+        raise section.fault(key, f"is not a whole number from {least} on")
+    return int(value)
+
+
+def _rig(file: Section) -> Any:
+    folder = file.path.parent / file.text("rig")
+    if not folder.is_dir():
+        raise file.fault("rig", f"{str(folder)!r} is not a folder with a camchain.yaml")
+    return load_rig(folder)
+
+
+def _target(file: Section) -> Target:
+    section = file.section("target")
+    kind = _one_of(section, ("file", "bracket", "box"))
+    if kind == "file":
+        return load_target(file.path.parent / section.text("file"))
+    sizes = section.section(kind)
+    name = file.text("name")
+    try:
+        if kind == "bracket":
+            _known(sizes, *_BRACKET_MM)
+            return bracket_target(name, *(1e-3 * sizes.number(key) for key in _BRACKET_MM))
+        _known(sizes, "size_mm")
+        return box_target(name, 1e-3 * sizes.numbers("size_mm", 3))
+    except ValueError as error:
+        raise section.fault(kind, f"is impossible: {error}") from error
+
+
+def _motion(section: Section) -> Motion:
+    _known(section, *_COURSES)
+    if "x_m" not in section:
+        raise section.fault("x_m", "is missing")
+    courses = {key.rsplit("_", 1)[0]: _course(section, key, unit) for key, unit in _COURSES.items() if key in section}
+    return Motion(**courses)
+
+
+def _course(section: Section, key: str, unit: float) -> Course:
+    if not isinstance(section.values[key], dict):
+        value = unit * section.number(key)
+        return Course(value, value)
+    course = section.section(key)
+    _known(course, "start", "end", "ease", "amplitude", "period_s", "phase_deg")
+    start = course.number("start")
+    values = {name: course.number(name) for name in course}
+    if not 0.0 <= values.get("ease", 0.0) <= 1.0:
+        raise course.fault("ease", "is not between 0 and 1")
+    if not values.get("period_s", 1.0) > 0.0:
+        raise course.fault("period_s", "is not positive")
+    if "amplitude" in course and "period_s" not in course:
+        raise course.fault("period_s", "is missing")
+    return Course(
+        start=unit * start,
+        end=unit * values.get("end", start),
+        ease=values.get("ease", 0.0),
+        amplitude=unit * values.get("amplitude", 0.0),
+        period=values.get("period_s", math.inf),
+        phase=math.radians(values.get("phase_deg", 0.0)),
+    )
+
+
+def _lights(section: Section) -> Lights:
+    _known(section, "led", "sun", "ambient", "towards_sun_W")
+    values: dict[str, Any] = {key: _not_negative(section, key) for key in ("led", "sun", "ambient") if key in section}
+    if "towards_sun_W" in section:
+        values["towards_sun_W"] = _direction(section, "towards_sun_W")
+    elif values.get("sun"):
+        raise section.fault("towards_sun_W", "is missing")
+    try:
+        return Lights(**values)
+    except ValueError as error:
+        raise InputError(f"{section.path}: {section.prefix[:-1]}: {error}") from error
+
+
+def _background(section: Section) -> dict[str, Any]:
+    _known(section, "kind", "nadir_W", "distance_m")
+    kinds = [kind.value for kind in Background]
+    if section.text("kind") not in kinds:
+        raise section.fault("kind", f"{section.text('kind')!r} is none of {', '.join(kinds)}")
+    settings: dict[str, Any] = {"background": Background(section.text("kind"))}
+    for key, owner in (("nadir_W", Background.EARTH), ("distance_m", Background.WALL)):
+        if key in section and settings["background"] is not owner:
+            raise section.fault(key, f"belongs to the background {owner.value!r}")
+    if "nadir_W" in section:
+        settings["nadir_W"] = _direction(section, "nadir_W")
+    if "distance_m" in section:
+        settings["wall_distance"] = section.number("distance_m")
+        if settings["wall_distance"] < 0.1:
+            raise section.fault("distance_m", "is less than 0.1")
+    return settings
+
+
+def _sensor(section: Section) -> Sensor:
+    _known(section, *_SENSOR)
+    values = {_SENSOR[key]: _not_negative(section, key) for key in section}
+    if values.get("level", 1.0) < 1.0:
+        raise section.fault("level_dn", "is less than 1")
+    return attrs.evolve(Sensor(), **values)
+
+
+def _not_negative(section: Section, key: str) -> float:
+    value = section.number(key)
+    if value < 0.0:
+        raise section.fault(key, "is negative")
+    return value
+
+
+def _direction(section: Section, key: str) -> Any:
+    direction = section.numbers(key, 3)
+    if not np.any(direction):
+        raise section.fault(key, "has no length")
+    return direction

@@ -1,0 +1,137 @@
+"""Rendered edges and lights lie where the camera model and physics put them."""
+
+from __future__ import annotations
+
+import attrs
+import cv2
+import numpy as np
+import pytest
+from rvdnav.camera import CameraModel
+from rvdnav.pose.so3 import inverse_T
+from rvdnav.rig import Rig
+from rvdnav.simulation import Background, Course, Lights, Motion, Scenario, box_target, bracket_target, scene
+from rvdnav.simulation.lens import RayTable
+from rvdnav.simulation.mesh import Material, Part, polygon
+from rvdnav.simulation.render import Renderer
+from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
+from rvdnav.simulation.variant import load_mitsuba, usable_variant
+
+LEFT = CameraModel(704, 576, 668.42, 669.15, 356.83, 283.41, [-0.2034, 0.0617, 0.00052, -0.00041])
+RIGHT = CameraModel(704, 576, 671.96, 672.31, 347.27, 291.94, [-0.1987, 0.0583, -0.00038, 0.00055])
+AXES = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+RIG = Rig((LEFT, RIGHT), (AXES + 0.12 * np.eye(4)[2][:, None] * np.eye(4)[3], AXES))
+
+
+def scenario(**changes) -> Scenario:
+    place = Motion(x=Course(0.6, 0.6), z=Course(-0.12, -0.12), theta=Course(0.1, 0.1), psi=Course(0.05, 0.05))
+    target = bracket_target("bracket", 0.18, 0.09, 0.14, 0.014, 0.006)
+    made = Scenario(name="test", seed=1, frames=1, rate=8.0, rig=RIG, target=target, motion=place, samples=49)
+    return attrs.evolve(made, **changes)
+
+
+def test_rays_inside_the_pixels_are_the_camera_models():
+    rng = np.random.default_rng(1)
+    for columns, rows in (
+        (slice(0, 30), slice(0, 20)),
+        (slice(674, 704), slice(556, 576)),
+        (slice(340, 370), slice(280, 300)),
+    ):
+        du, dv = rng.uniform(-0.5, 0.5, (2, 20, 30, 3))
+        rays = RayTable(LEFT, columns, rows).rays(slice(0, 20), du, dv)
+        v, u = np.mgrid[rows, columns].astype(float)
+        expected = np.stack([u[..., None] + du, v[..., None] + dv], axis=-1)
+        seen = cv2.projectPoints(rays.reshape(-1, 3), np.zeros(3), np.zeros(3), LEFT.K, LEFT.distortion)[0]
+        np.testing.assert_allclose(seen.reshape(expected.shape), expected, atol=1e-5)
+
+
+def edge_pixels(camera: int, ends: tuple[str, str], made: Scenario, depth: float = 0.0) -> np.ndarray:
+    """Pixels (200, 2) along an edge of the target, or of the bars' back, by OpenCV."""
+    a, b = (made.target.points[name] + (depth, 0.0, 0.0) for name in ends)
+    points = a + np.linspace(0.0, 1.0, 200)[:, None] * (b - a)
+    T = inverse_T(made.rig.T_world_cam[camera]) @ made.T_world_target(0)
+    model = made.rig.cameras[camera]
+    return cv2.projectPoints(points, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], model.K, model.distortion)[0].reshape(-1, 2)
+
+
+EDGES = [
+    (0, ("P1", "P2"), 0.0, 0.5, 0),
+    (1, ("P1", "P2"), 0.0, 0.5, 0),
+    (0, ("P4", "P1"), 0.006, 0.8, 1),  # the left camera sees a little of this bar's outer side
+    (1, ("P4", "P1"), 0.0, 0.8, 1),
+    (1, ("P2", "P3"), 0.0, 0.25, 1),
+]
+
+
+@pytest.mark.parametrize(("camera", "ends", "depth", "share", "axis"), EDGES)
+def test_edges_against_the_sky_lie_where_the_camera_projects_them(camera, ends, depth, share, axis):
+    """The part of a row (axis 0) or column (axis 1) that the bar covers ends at the edge."""
+    made = scenario()
+    along = edge_pixels(camera, ends, made, depth)
+    u, v = along[round(share * 199)].round().astype(int)
+    half = (7, 10) if axis == 0 else (10, 7)
+    columns, rows = slice(u - half[0], u + half[0] + 1), slice(v - half[1], v + half[1] + 1)
+    light = Renderer(load_mitsuba("scalar_rgb"), made, columns=columns, rows=rows).render(0, camera)
+    across, start = (1, columns.start) if axis == 0 else (0, rows.start)
+    solid = 1.0 - light.sky
+    covered_first = solid.take(0, axis=across).mean() > 0.5
+    found = start - 0.5 + (solid if covered_first else light.sky).sum(axis=across)
+    lines = np.arange(rows.start, rows.stop) if axis == 0 else np.arange(columns.start, columns.stop)
+    order = np.argsort(along[:, 1 - axis])
+    expected = np.interp(lines, along[order, 1 - axis], along[order, axis])
+    assert np.abs(found - expected).max() < 0.1  # 49 rays a pixel
+    assert abs((found - expected).mean()) < 0.015
+
+
+def white_card(monkeypatch, made: Scenario) -> None:
+    """In place of the target, a card of 0.2 m of the reference reflectance, held towards the cameras."""
+    corners = [(0.0, y, z) for y, z in ((-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1))]
+    middle = np.mean(list(made.target.points.values()), axis=0)
+    card = Part(polygon(middle + corners), Material(BRACKET_REFLECTANCE))
+    monkeypatch.setattr(scene, "target_parts", lambda *_: [card])
+
+
+@pytest.mark.parametrize(
+    "lights",
+    [Lights(1.0, 0.0, 0.0), Lights(0.0, 1.0, 0.0, (-1.0, 0.5, 0.3)), Lights(0.0, 0.0, 1.0)],
+    ids=["led", "sun", "ambient"],
+)
+def test_a_card_of_the_reference_reflectance_gives_the_unit_of_light(monkeypatch, lights):
+    place = Motion(x=Course(0.8, 0.8), z=Course(0.06, 0.06))
+    made = scenario(lights=lights, motion=place, target=box_target("box", np.array([0.1, 0.1, 0.1])), samples=16)
+    white_card(monkeypatch, made)
+    u, v = made.rig.project(0, np.array([0.8, 0.0, 0.06])).round().astype(int)
+    renderer = Renderer(load_mitsuba("scalar_rgb"), made, columns=slice(u - 4, u + 4), rows=slice(v - 4, v + 4))
+    assert renderer.render(0, 0).signal.mean() == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_earths_limb_lies_where_its_angle_puts_it(monkeypatch):
+    made = scenario(background=Background.EARTH, nadir_W=(0.45, 1.0, 0.1), samples=1)
+    made = attrs.evolve(
+        made, lights=Lights(0.0, 1.0, 0.0, (-0.3, -1.0, 0.0)), target=box_target("box", np.full(3, 0.01))
+    )
+    column = 600
+    rays = LEFT.unproject(np.column_stack([np.full(576, column), np.arange(576.0)])) @ RIG.T_world_cam[0][:3, :3].T
+    angles = np.degrees(np.arccos(rays @ made.nadir_W / np.linalg.norm(rays, axis=1)))
+    radius = np.degrees(np.arcsin(6371.0 / 6871.0))
+    limb = int(np.argmin(np.abs(angles - radius)))
+    assert 60 < limb < 516
+    renderer = Renderer(load_mitsuba("scalar_rgb"), made, columns=slice(column, column + 2), rows=slice(0, 576))
+    brightness = renderer.render(0, 0).signal.mean(axis=1)
+    assert brightness[limb + 8 :].min() > 0.1
+    assert brightness[: limb - 40].max() < 0.02
+    rising = int(np.argmax(brightness > 0.5 * brightness[limb + 8]))
+    assert abs(rising - limb) < 8  # the air is some pixels high
+
+
+@pytest.mark.skipif(usable_variant().startswith("scalar"), reason="there is no LLVM library of version 19 or later")
+def test_the_fast_variant_gives_the_same_picture_and_the_same_bits_again():
+    made = scenario()
+    u, v = edge_pixels(0, ("P1", "P2"), made)[100].round().astype(int)
+    window = {"columns": slice(u - 12, u + 4), "rows": slice(v - 8, v + 8)}
+    slow = Renderer(load_mitsuba("scalar_rgb"), made, **window).render(0, 0)
+    fast, again = (Renderer(load_mitsuba(usable_variant()), made, **window).render(0, 0) for _ in range(2))
+    np.testing.assert_array_equal(fast.signal, again.signal)
+    np.testing.assert_array_equal(fast.sky, again.sky)
+    assert np.abs(fast.sky - slow.sky).max() < 0.03  # a ray that grazes the edge may fall to either side of it
+    assert fast.signal.mean() == pytest.approx(slow.signal.mean(), rel=0.01)
+    assert np.abs(fast.signal - slow.signal).mean() < 0.02
