@@ -49,7 +49,14 @@ def test_the_table_of_thresholds_follows_the_formula(mean: int) -> None:
     assert table[mean] == pytest.approx(expected, abs=0.051)
 
 
-DOCUMENTS = ["README.md", "CONTRIBUTING.md", "docs/algorithm.md", "docs/conventions.md", "docs/faults.md", "docs/simulation.md"]
+DOCUMENTS = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "docs/algorithm.md",
+    "docs/conventions.md",
+    "docs/faults.md",
+    "docs/simulation.md",
+]
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
