@@ -34,21 +34,26 @@ def write_report(
     """
     errors_title = "Errors and 3σ band" if evaluation is not None else "Uncertainty (3σ)"
     sections = [
-        _section("Position and attitude", _figure(pose_figure(solutions, truth), "pose")),
-        _section(errors_title, _figure(error_figure(solutions, evaluation), "errors")),
-        _section("State", _figure(timeline_figure(solutions), "timeline")),
+        section("Position and attitude", figure_html(pose_figure(solutions, truth), "pose")),
+        section(errors_title, figure_html(error_figure(solutions, evaluation), "errors")),
+        section("State", figure_html(timeline_figure(solutions), "timeline")),
     ]
     if evaluation is not None:
-        sections.insert(0, _section("Errors by range", range_table(evaluation)))
+        sections.insert(0, section("Errors by range", range_table(evaluation)))
     if any(solution.stage_times for solution in solutions):
-        sections.append(_section("Time per stage", _figure(stage_figure(solutions), "stages")))
+        sections.append(section("Time per stage", figure_html(stage_figure(solutions), "stages")))
     if pictures:
-        sections.append(_section("Frames", _strip(pictures, solutions)))
+        sections.append(section("Frames", _strip(pictures, solutions)))
+    write_page(path, name, _subtitle(solutions), headline_tiles(solutions, evaluation), sections)
+
+
+def write_page(path: Path, title: str, subtitle: str, tiles: str, sections: Sequence[str]) -> None:
+    """Write a report in the shared style; title and subtitle are plain text, tiles and sections HTML."""
     template = string.Template(resources.files("rvdnav.report").joinpath("page.html").read_text(encoding="utf-8"))
     page = template.substitute(
-        title=escape(name),
-        subtitle=escape(_subtitle(solutions)),
-        tiles=headline_tiles(solutions, evaluation),
+        title=escape(title),
+        subtitle=escape(subtitle),
+        tiles=tiles,
         plotly=get_plotlyjs(),
         sections="\n".join(sections),
     )
@@ -60,11 +65,13 @@ def _subtitle(solutions: Sequence[Solution]) -> str:
     return f"{len(solutions)} frames over {seconds:.3f} s from {solutions[0].timestamp_ns} ns"
 
 
-def _section(title: str, body: str) -> str:
+def section(title: str, body: str) -> str:
+    """A card of the page: its heading, plain text, and its HTML."""
     return f"<section><h2>{escape(title)}</h2>\n{body}\n</section>"
 
 
-def _figure(figure: go.Figure, name: str) -> str:
+def figure_html(figure: go.Figure, name: str) -> str:
+    """A figure as HTML; its name is unique on the page."""
     buttons = [["toImage", "zoom2d", "pan2d", "resetScale2d"]]
     config = {"displaylogo": False, "responsive": True, "modeBarButtons": buttons}
     text: str = figure.to_html(full_html=False, include_plotlyjs=False, div_id=f"figure-{name}", config=config)

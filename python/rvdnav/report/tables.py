@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 
 import numpy as np
@@ -33,6 +33,11 @@ def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None)
     seconds = median_frame_time(solutions)
     if seconds:
         tiles.append(("speed", f"{1 / seconds:.1f} fps", f"{seconds * 1e3:.1f} ms a frame, median"))
+    return tiles_html(tiles)
+
+
+def tiles_html(tiles: Iterable[tuple[str, str, str]]) -> str:
+    """Headline numbers: each its label, value and note."""
     return "".join(
         f'<div class="tile"><div class="label">{escape(label)}</div><div class="value">{escape(value)}</div>'
         f'<div class="note">{escape(note)}</div></div>'
