@@ -55,6 +55,7 @@ uint32_t rvdnav_struct_size(const char* name) {
       {"rvdnav_model_edge", sizeof(rvdnav_model_edge)},
       {"rvdnav_edge_sample", sizeof(rvdnav_edge_sample)},
       {"rvdnav_match", sizeof(rvdnav_match)},
+      {"rvdnav_surface_point", sizeof(rvdnav_surface_point)},
       {"rvdnav_view_result", sizeof(rvdnav_view_result)},
       {"rvdnav_bracket", sizeof(rvdnav_bracket)},
       {"rvdnav_frame_result", sizeof(rvdnav_frame_result)},

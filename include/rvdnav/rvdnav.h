@@ -248,6 +248,18 @@ typedef struct rvdnav_match {
   int32_t accepted;  /* passed every limit */
 } rvdnav_match;
 
+/* A point of the visible surface: a zero crossing of the Laplacian of Gaussian, matched along its row. */
+typedef struct rvdnav_surface_point {
+  int32_t x_q8, y_q8;      /* left, rectified */
+  int32_t disparity_q8;    /* x_left - x_right, pixels */
+  int32_t score_q15;       /* ZNCC of the grey windows around it */
+  int32_t grey;            /* of the left view there, 0..255 */
+  int32_t reserved;
+  double sigma_disparity;  /* standard deviation from the match itself, pixels */
+  double p_W[3];           /* metres */
+  double sigma;            /* standard deviation of p_W along the left camera's ray, metres; across it there is next to none */
+} rvdnav_surface_point;
+
 /* What one view gives. */
 typedef struct rvdnav_view_result {
   uint32_t struct_size;
@@ -357,6 +369,16 @@ RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_
  * the rays are parallel. */
 RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right,
                                             uint32_t count, double* p_W);
+
+/* ---- the visible surface, off the frame's path ---- */
+/* Bytes of work memory that rvdnav_surface needs. */
+RVDNAV_API rvdnav_status rvdnav_surface_size(const rvdnav_context* context, size_t* size);
+/* Points of the surface that both views see: zero crossings matched along epipolar rows, coarse to fine.  memory: aligned
+ * to 64 bytes, at least the size asked for, used during the call alone.  The context's match_..., range_... and edge_floor
+ * settings hold.  Needs two cameras. */
+RVDNAV_API rvdnav_status rvdnav_surface(const rvdnav_context* context, const rvdnav_image* left,
+                                        const rvdnav_image* right, void* memory, size_t size,
+                                        rvdnav_surface_point* points, uint32_t capacity, uint32_t* count);
 
 /* ---- host only: needs an operating system, absent from embedded builds ---- */
 typedef struct rvdnav_runner rvdnav_runner;

@@ -14,10 +14,19 @@ from rvdnav.core.status import check
 Records: TypeAlias = NDArray[np.void] | Sequence[Any]
 """Records of a dtype: an array of it, or a sequence of its records or of tuples."""
 
+_ALIGNMENT = 64
+
 
 def pointer(array: NDArray[Any], kind: str) -> Any:
     """The array's data as a pointer of the C type given; null for an empty array."""
     return ffi.cast(kind, array.ctypes.data) if array.size else ffi.NULL
+
+
+def aligned_block(size: int) -> tuple[Any, NDArray[np.uint8]]:
+    """A void pointer to size bytes of memory, aligned as the core wants it, and the array to keep alive."""
+    memory = np.empty(size + _ALIGNMENT, np.uint8)
+    offset = -memory.ctypes.data % _ALIGNMENT
+    return ffi.cast("void *", memory.ctypes.data + offset), memory
 
 
 def image_argument(pixels: NDArray[np.uint8]) -> tuple[Any, NDArray[np.uint8]]:

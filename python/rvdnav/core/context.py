@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rvdnav.core.arrays import aligned_block
 from rvdnav.core.config import make_config
 from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
@@ -14,8 +15,6 @@ if TYPE_CHECKING:  # the binding is below these and imports none of them
     from rvdnav.bracket import Bracket
     from rvdnav.rig import Rig
     from rvdnav.target import Target
-
-_ALIGNMENT = 64
 
 
 class Context:
@@ -33,10 +32,8 @@ class Context:
         c_target = ffi.NULL if target is None or target.bracket is None else _c_target(target.bracket)
         size = ffi.new("size_t *")
         check(lib.rvdnav_context_size(self.config, c_rig, size))
-        self._memory = np.empty(size[0] + _ALIGNMENT, np.uint8)
-        offset = -self._memory.ctypes.data % _ALIGNMENT
+        block, self._memory = aligned_block(size[0])
         handle = ffi.new("rvdnav_context **")
-        block = ffi.cast("void *", self._memory.ctypes.data + offset)
         check(lib.rvdnav_context_init(block, size[0], self.config, c_rig, c_target, handle))
         self.handle = handle[0]
 

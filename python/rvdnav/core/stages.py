@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rvdnav.core import layout
-from rvdnav.core.arrays import Records, collect, image_argument, pointer, points, records
+from rvdnav.core.arrays import Records, aligned_block, collect, image_argument, pointer, points, records
 from rvdnav.core.context import Context
-from rvdnav.core.library import lib
+from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
 
 THETA_BINS = 180
@@ -178,6 +178,25 @@ class Stages(Context):
         args = pointer(xy_left, "double *"), pointer(xy_right, "double *"), len(p_W), pointer(p_W, "double *")
         check(lib.rvdnav_triangulate(self.handle, *args))
         return p_W
+
+    def surface(self, left: UInt8Array, right: UInt8Array) -> RecordArray:
+        """SURFACE_POINT records: zero crossings matched along the epipolar rows of both images, in space.
+
+        Raises CoreError for a rig of one camera.
+        """
+        c_left, _keep_left = image_argument(left)
+        c_right, _keep_right = image_argument(right)
+        size = ffi.new("size_t *")
+        check(lib.rvdnav_surface_size(self.handle, size))
+        block, _keep = aligned_block(size[0])
+        return collect(
+            lambda out, capacity, count: lib.rvdnav_surface(
+                self.handle, c_left, c_right, block, size[0], out, capacity, count
+            ),
+            "rvdnav_surface_point *",
+            layout.SURFACE_POINT,
+            self.width * self.height // 8,
+        )
 
     @property
     def _bits_shape(self) -> tuple[int, int]:

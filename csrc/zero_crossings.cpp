@@ -1,0 +1,66 @@
+#include "zero_crossings.hpp"
+
+#include "angle.hpp"
+
+namespace rvdnav {
+namespace {
+
+constexpr int32_t kMargin = 4;  // columns from the end of a span: what the filters reach
+constexpr int32_t kMaxRun = 7;  // columns that an edge may take for one row
+
+// Where the cubic through f[-1], f[0], f[1], f[2] crosses zero between 0 and 1, Q8; f[0] and f[1] differ in sign.
+int32_t cubic_zero_q8(const int16_t* f) {
+  const int64_t a = -f[-1] + 3 * f[0] - 3 * f[1] + f[2];
+  const int64_t b = 3 * f[-1] - 6 * f[0] + 3 * f[1];
+  const int64_t c = -2 * f[-1] - 3 * f[0] + 6 * f[1] - f[2];
+  const int64_t d = 6 * f[0];
+  const bool positive = f[0] > 0;
+  int32_t low = 0, high = 256;
+  while (high - low > 1) {
+    const int64_t t = (low + high) / 2;
+    const int64_t value = ((a * t + b * 256) * t + c * 65536) * t + d * 16777216;
+    ((value > 0) == positive ? low : high) = static_cast<int32_t>(t);
+  }
+  return high;
+}
+
+constexpr int32_t size_of(int32_t v) { return v < 0 ? -v : v; }
+
+}  // namespace
+
+RowSpan level_span(const RowSpan* spans, int32_t full_height, int32_t level, int32_t y) {
+  const int32_t row = y << level;
+  const RowSpan span = spans[row < full_height ? row : full_height - 1];
+  return {static_cast<int16_t>((span.begin + (1 << level) - 1) >> level),
+          static_cast<int16_t>((span.end + (1 << level) - 1) >> level)};
+}
+
+void find_crossings(const PyramidLevel& image, const RowSpan* spans, int32_t full_height, int32_t level,
+                    int32_t min_slope, const CrossingRows& out) {
+  uint32_t count = 0;
+  for (int32_t y = 0; y < image.height; ++y) {
+    out.row_start[y] = count;
+    if (y == 0 || y == image.height - 1) continue;
+    const RowSpan span = level_span(spans, full_height, level, y);
+    const ptrdiff_t offset = static_cast<ptrdiff_t>(y) * image.width;
+    const int16_t* row = image.laplacian + offset;
+    const uint16_t* smoothed = image.smoothed + offset;
+    const uint32_t limit = count + static_cast<uint32_t>(max_crossings(image.width));
+    for (int32_t x = span.begin + kMargin; x < span.end - kMargin - 1 && count < limit; ++x) {
+      if ((row[x] > 0) == (row[x + 1] > 0)) continue;
+      const int32_t slope = row[x + 1] - row[x];
+      if (size_of(slope) < min_slope) continue;
+      const int32_t t_q8 = cubic_zero_q8(row + x);
+      const uint16_t* s = smoothed + x + (t_q8 >= 128 ? 1 : 0);
+      const int32_t gx = s[1] - s[-1], gy = s[image.width] - s[-image.width];
+      // The edge must rise where the Laplacian falls: other crossings are of smooth shading.
+      if ((gx > 0) != (slope < 0) || size_of(gy) > kMaxRun * size_of(gx)) continue;
+      const int32_t bounded = slope > 32767 ? 32767 : slope < -32767 ? -32767 : slope;
+      out.crossings[count++] = {256 * x + t_q8, static_cast<int16_t>(bounded),
+                                static_cast<int16_t>(floor_shift(gx, 3)), static_cast<int16_t>(floor_shift(gy, 3))};
+    }
+  }
+  out.row_start[image.height] = count;
+}
+
+}  // namespace rvdnav

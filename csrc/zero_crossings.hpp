@@ -1,0 +1,35 @@
+// Zero crossings of the Laplacian of Gaussian along the rows of one level.
+#pragma once
+
+#include "pyramid.hpp"
+#include "resample.hpp"
+
+namespace rvdnav {
+
+struct Crossing {
+  int32_t x_q8;   // column
+  int16_t slope;  // of the Laplacian along the row, its units a pixel; negative where grey levels rise
+  int16_t gx, gy;  // gradient of the smoothed image, grey levels a pixel, Q6
+};
+
+// The crossings of a level, row by row, in the order of x.
+struct CrossingRows {
+  Crossing* crossings;  // max_crossings(width) * height
+  uint32_t* row_start;  // height + 1
+
+  uint32_t begin(int32_t y) const { return row_start[y]; }
+  uint32_t end(int32_t y) const { return row_start[y + 1]; }
+};
+
+// Of a row; smoothed noise has one in about four pixels.
+constexpr int32_t max_crossings(int32_t width) { return width / 3 + 1; }
+
+// Columns of a level's row that the raw image covers, from those of the full resolution.
+RowSpan level_span(const RowSpan* spans, int32_t full_height, int32_t level, int32_t y);
+
+// Crossings whose edge runs steeper than one in kMaxRun to the row and whose slope is at least min_slope; spans:
+// full_height of them, of the full resolution.
+void find_crossings(const PyramidLevel& image, const RowSpan* spans, int32_t full_height, int32_t level,
+                    int32_t min_slope, const CrossingRows& out);
+
+}  // namespace rvdnav
