@@ -7,6 +7,7 @@ namespace rvdnav {
 namespace {
 
 constexpr int32_t kReach = 4;          // pixels of a level beyond what the coarser one found
+constexpr int32_t kOpenUniqueness = 205;  // of 256, where no coarser level narrows the search: grids repeat themselves
 constexpr int32_t kMaxSlopeRatio = 4;  // between the views
 constexpr int32_t kSupportColumns = 8, kSupportRows = 4;  // neighbourhood of the disparity gradient
 constexpr int32_t kMinSupport = 2;                        // neighbours within the gradient that a match needs
@@ -71,12 +72,13 @@ bool is_alike(const Crossing& a, const Crossing& b) {
 
 struct Interval {
   int32_t low, high;
+  int32_t uniqueness_q8;
 };
 
 // Disparities, pixels of the fine level, that the coarser level's tiles around a place allow.
-Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, Interval full) {
+Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, Interval full, const CrossingLimits& limits) {
   const int32_t column = x / (2 * kTile), row = y / (2 * kTile);
-  Interval found = {full.high, full.low};
+  Interval found = {full.high, full.low, limits.uniqueness_q8};
   for (int32_t r = larger(row - 1, 0); r <= smaller(row + 1, coarse.rows - 1); ++r) {
     for (int32_t c = larger(column - 1, 0); c <= smaller(column + 1, coarse.columns - 1); ++c) {
       const DisparityTile& tile = coarse.tiles[static_cast<ptrdiff_t>(r) * coarse.columns + c];
@@ -86,7 +88,7 @@ Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, Interval fu
     }
   }
   if (found.high < found.low) return full;
-  return {larger(found.low, full.low), smaller(found.high, full.high)};
+  return {larger(found.low, full.low), smaller(found.high, full.high), limits.uniqueness_q8};
 }
 
 // First crossing of a row at or beyond x.
@@ -137,6 +139,7 @@ void match_crossings(const LevelView& left, const LevelView& right, int32_t full
     scratch.right_score[k] = -1;
     scratch.right_left[k] = -1;
   }
+  const Interval open = {low, high, smaller(limits.uniqueness_q8, kOpenUniqueness)};
   Window window;
   for (int32_t y = 0; y < left.image.height; ++y) {
     for (uint32_t i = left.rows.begin(y); i < left.rows.end(y); ++i) {
@@ -144,7 +147,7 @@ void match_crossings(const LevelView& left, const LevelView& right, int32_t full
       const Crossing& from = left.rows.crossings[i];
       const int32_t x = nearest(from.x_q8);
       if (!window_fits(left, full_height, level, x, y, h)) continue;
-      const Interval range = coarse == nullptr ? Interval{low, high} : allowed(*coarse, x, y, {low, high});
+      const Interval range = coarse == nullptr ? open : allowed(*coarse, x, y, open, limits);
       bool taken = false;
       int32_t best = -1, best_score = 0, rival = 0;
       for (uint32_t k = first_from(right.rows, y, int64_t{from.x_q8} - 256 * range.high); k < right.rows.end(y); ++k) {
@@ -167,7 +170,7 @@ void match_crossings(const LevelView& left, const LevelView& right, int32_t full
           rival = larger(rival, score);
         }
       }
-      if (best_score >= limits.min_score_q15 && int64_t{rival} * 256 <= int64_t{limits.uniqueness_q8} * best_score)
+      if (best_score >= limits.min_score_q15 && int64_t{rival} * 256 <= int64_t{range.uniqueness_q8} * best_score)
         matches[i] = {best, best_score};
     }
   }

@@ -9,7 +9,7 @@ namespace rvdnav {
 namespace {
 
 constexpr int32_t kHalfColumns = 3, kHalfRows = 1;  // of the window that the Laplacians are compared in
-constexpr double kSamplingSigma = 0.03;             // pixels of disparity: interpolation, lens grid
+constexpr double kSamplingSigma = 0.05;             // pixels of disparity: interpolation, lens grid
 constexpr double kRowSigma = 0.03;                  // pixels across the rows: lens grid, rectification
 
 struct Agreement {
