@@ -18,11 +18,14 @@ inline uint32_t square_root(uint64_t v) {
 // cross / sqrt(a b) in Q15, -1 .. 1, for sums of products; 0 where a or b is.
 inline int32_t correlation_q15(int64_t cross, int64_t a, int64_t b) {
   if (a <= 0 || b <= 0) return 0;
-  int32_t shift = 0;
-  while ((a >> shift) >= (int64_t{1} << 31) || (b >> shift) >= (int64_t{1} << 31)) ++shift;
-  const uint32_t root = square_root(static_cast<uint64_t>(a >> shift) * static_cast<uint64_t>(b >> shift));
+  // Both below 2^31, so that their product fits; shifted by an even number together, which the root halves.
+  int32_t shift_a = 0, shift_b = 0;
+  while ((a >> shift_a) >= (int64_t{1} << 31)) ++shift_a;
+  while ((b >> shift_b) >= (int64_t{1} << 31)) ++shift_b;
+  if ((shift_a + shift_b) % 2 != 0) ++(shift_a > shift_b ? shift_a : shift_b);
+  const uint32_t root = square_root(static_cast<uint64_t>(a >> shift_a) * static_cast<uint64_t>(b >> shift_b));
   if (root == 0) return 0;
-  const int64_t scaled = cross / (int64_t{1} << shift) * 32768 / static_cast<int64_t>(root);
+  const int64_t scaled = cross / (int64_t{1} << (shift_a + shift_b) / 2) * 32768 / static_cast<int64_t>(root);
   return static_cast<int32_t>(scaled > 32768 ? 32768 : scaled < -32768 ? -32768 : scaled);
 }
 

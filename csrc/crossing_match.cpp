@@ -6,9 +6,9 @@
 namespace rvdnav {
 namespace {
 
-constexpr int32_t kReach = 4;          // pixels of a level beyond what the coarser one found
+constexpr int32_t kReach = 4;             // pixels of a level beyond what the coarser one found
 constexpr int32_t kOpenUniqueness = 205;  // of 256, where no coarser level narrows the search: grids repeat themselves
-constexpr int32_t kMaxSlopeRatio = 4;  // between the views
+constexpr int32_t kMaxSlopeRatio = 4;     // between the views
 constexpr int32_t kSupportColumns = 8, kSupportRows = 4;  // neighbourhood of the disparity gradient
 constexpr int32_t kMinSupport = 2;                        // neighbours within the gradient that a match needs
 

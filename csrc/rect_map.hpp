@@ -6,7 +6,7 @@
 
 namespace rvdnav {
 
-constexpr int32_t kRectStep = 8;      // pixels between nodes
+constexpr int32_t kRectStep = 8;       // pixels between nodes
 constexpr int32_t kRectFraction = 12;  // raw positions count 2^-12 pixels
 
 // Column i and row j of the rectified image lie at x = i - (width - 1) / 2, y = j - (height - 1) / 2.

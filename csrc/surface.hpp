@@ -18,10 +18,10 @@ struct SurfaceView {
 
 struct SurfaceMemory {
   SurfaceView view[RVDNAV_CAMERAS];
-  int32_t* raw_u;         // width
-  int32_t* raw_v;         // width
-  uint16_t* filter_row;   // width + 4
-  uint16_t* filter_plane;  // width * height
+  int32_t* raw_u;           // width
+  int32_t* raw_v;           // width
+  uint16_t* filter_row;     // width + 4
+  uint16_t* filter_plane;   // width * height
   DisparityTiles tiles[2];  // of a level and of the next finer one
   CrossingScratch match;
   CrossingMatch* matches;

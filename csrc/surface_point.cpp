@@ -65,7 +65,8 @@ bool make_surface_point(const LevelView& left, const LevelView& right, int32_t y
   if (!(d > 0.0) || !triangulate(geometry.left, geometry.right, {x, v}, {x - d, v}, &p)) return false;
   for (int32_t k = 0; k < 3; ++k) point->p_W[k] = p[k];
   // With another disparity the point moves along the left camera's ray by dp/dd = -(p - c) / d.
-  const double ray = geometry.rig.focal * geometry.rig.baseline / d * std::sqrt(1.0 + (x * x + v * v) / (geometry.rig.focal * geometry.rig.focal));
+  const double ray = geometry.rig.focal * geometry.rig.baseline / d *
+                     std::sqrt(1.0 + (x * x + v * v) / (geometry.rig.focal * geometry.rig.focal));
   point->sigma = ray / d * point->sigma_disparity;
   return true;
 }

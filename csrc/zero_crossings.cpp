@@ -56,8 +56,8 @@ void find_crossings(const PyramidLevel& image, const RowSpan* spans, int32_t ful
       // The edge must rise where the Laplacian falls: other crossings are of smooth shading.
       if ((gx > 0) != (slope < 0) || size_of(gy) > kMaxRun * size_of(gx)) continue;
       const int32_t bounded = slope > 32767 ? 32767 : slope < -32767 ? -32767 : slope;
-      out.crossings[count++] = {256 * x + t_q8, static_cast<int16_t>(bounded),
-                                static_cast<int16_t>(floor_shift(gx, 3)), static_cast<int16_t>(floor_shift(gy, 3))};
+      out.crossings[count++] = {256 * x + t_q8, static_cast<int16_t>(bounded), static_cast<int16_t>(floor_shift(gx, 3)),
+                                static_cast<int16_t>(floor_shift(gy, 3))};
     }
   }
   out.row_start[image.height] = count;

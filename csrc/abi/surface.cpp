@@ -1,6 +1,6 @@
 // The surface: reconstruction in memory that the caller lends for the call.
-#include "abi/abi.hpp"
 #include "surface.hpp"
+#include "abi/abi.hpp"
 
 using namespace rvdnav;
 

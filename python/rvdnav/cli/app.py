@@ -14,6 +14,7 @@ import typer
 from rvdnav import __version__
 from rvdnav.cli.bench import bench
 from rvdnav.cli.evaluate import evaluate
+from rvdnav.cli.reconstruct import reconstruct_frame
 from rvdnav.cli.run import run
 from rvdnav.cli.simulate import render
 from rvdnav.errors import InputError
@@ -75,6 +76,16 @@ def _simulate(
 ) -> int:
     """Render a scenario into a stereo sequence with its true poses; goes on where an interrupted run stopped."""
     return render(scenario, out)
+
+
+@app.command("reconstruct")
+def _reconstruct(
+    sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
+    frame: Annotated[int, typer.Option("--frame", metavar="N", help="Number of the frame, 0 the first.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Point cloud to write, a .ply file.")],
+) -> int:
+    """Reconstruct the visible surface of one frame: a point cloud FILE.ply with a sigma a point, and FILE.html."""
+    return reconstruct_frame(sequence, frame, out)
 
 
 @app.command("bench")

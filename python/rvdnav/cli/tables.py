@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
+from rvdnav.reconstruction import Cloud
 from rvdnav.solution import Solution, State
 from rvdnav.summary import median_frame_time, median_sigmas
 
@@ -41,6 +42,20 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) 
     seconds = median_frame_time(solutions)
     if seconds:
         table.add_row("median time per frame", f"{seconds * 1e3:.1f} ms ({1 / seconds:.1f} frames/s)")
+    console.print(table)
+
+
+def print_cloud(cloud: Cloud) -> None:
+    """What a reconstruction gave."""
+    table = Table(show_header=False, title="Surface", title_justify="left")
+    table.add_column(style="bold")
+    table.add_column(justify="right")
+    table.add_row("points", str(len(cloud)))
+    if len(cloud):
+        near, middle, far = np.percentile(cloud.depth, [5, 50, 95])
+        table.add_row("depth, 5 / 50 / 95 %", f"{near:.3f} / {middle:.3f} / {far:.3f} m")
+        half, most = np.percentile(cloud.sigma * 1e3, [50, 95])
+        table.add_row("sigma, median / 95 %", f"{half:.2f} / {most:.2f} mm")
     console.print(table)
 
 

@@ -1,7 +1,8 @@
-"""The report of a run: one self-contained HTML page."""
+"""Reports: self-contained HTML pages, of a run and of a reconstruction."""
 
+from rvdnav.report.cloud import write_cloud_report
 from rvdnav.report.edges import edge_mask
 from rvdnav.report.page import write_report
 from rvdnav.report.strip import Picture, draw_picture, strip_indices
 
-__all__ = ["Picture", "draw_picture", "edge_mask", "strip_indices", "write_report"]
+__all__ = ["Picture", "draw_picture", "edge_mask", "strip_indices", "write_cloud_report", "write_report"]
