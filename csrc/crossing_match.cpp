@@ -6,7 +6,7 @@
 namespace rvdnav {
 namespace {
 
-constexpr int32_t kReach = 4;             // pixels of a level beyond what the coarser one found
+constexpr int32_t kReach = 5;             // pixels of a level beyond what the coarser one found
 constexpr int32_t kOpenUniqueness = 205;  // of 256, where no coarser level narrows the search: grids repeat themselves
 constexpr int32_t kMaxSlopeRatio = 4;     // between the views
 constexpr int32_t kSupportColumns = 8, kSupportRows = 4;  // neighbourhood of the disparity gradient
@@ -23,9 +23,9 @@ struct Window {
   int64_t sum, square;
 };
 
-bool window_fits(const LevelView& view, int32_t full_height, int32_t level, int32_t x, int32_t y, int32_t h) {
+bool window_fits(const LevelView& view, int32_t x, int32_t y, int32_t h) {
   if (y < h || y >= view.image.height - h) return false;
-  const RowSpan span = level_span(view.spans, full_height, level, y);
+  const RowSpan span = level_span(view, y);
   return x - h >= span.begin && x + h < span.end;
 }
 
@@ -72,13 +72,13 @@ bool is_alike(const Crossing& a, const Crossing& b) {
 
 struct Interval {
   int32_t low, high;
-  int32_t uniqueness_q8;
+  int32_t uniqueness_q8;  // that a match within it needs
 };
 
 // Disparities, pixels of the fine level, that the coarser level's tiles around a place allow.
-Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, Interval full, const CrossingLimits& limits) {
+Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, const Interval& full, int32_t uniqueness_q8) {
   const int32_t column = x / (2 * kTile), row = y / (2 * kTile);
-  Interval found = {full.high, full.low, limits.uniqueness_q8};
+  Interval found = {full.high, full.low, uniqueness_q8};
   for (int32_t r = larger(row - 1, 0); r <= smaller(row + 1, coarse.rows - 1); ++r) {
     for (int32_t c = larger(column - 1, 0); c <= smaller(column + 1, coarse.columns - 1); ++c) {
       const DisparityTile& tile = coarse.tiles[static_cast<ptrdiff_t>(r) * coarse.columns + c];
@@ -88,7 +88,7 @@ Interval allowed(const DisparityTiles& coarse, int32_t x, int32_t y, Interval fu
     }
   }
   if (found.high < found.low) return full;
-  return {larger(found.low, full.low), smaller(found.high, full.high), limits.uniqueness_q8};
+  return {larger(found.low, full.low), smaller(found.high, full.high), uniqueness_q8};
 }
 
 // First crossing of a row at or beyond x.
@@ -103,6 +103,35 @@ uint32_t first_from(const CrossingRows& rows, int32_t y, int64_t x_q8) {
     }
   }
   return begin;
+}
+
+struct Best {
+  int32_t right, score, rival;
+};
+
+// The right crossing of row y that fits a left one's window best within an interval, and the score of the next best.
+// Right crossings learn whose best they are.
+Best search(const LevelView& right, const CrossingRows& left, int32_t left_index, const Window& window, int32_t y,
+            int32_t h, const Interval& range, const CrossingScratch& scratch) {
+  const Crossing& from = left.crossings[left_index];
+  Best best = {-1, 0, 0};
+  for (uint32_t k = first_from(right.rows, y, int64_t{from.x_q8} - 256 * range.high); k < right.rows.end(y); ++k) {
+    const Crossing& to = right.rows.crossings[k];
+    if (to.x_q8 > from.x_q8 - 256 * range.low) break;
+    const int32_t x = nearest(to.x_q8);
+    if (!is_alike(from, to) || !window_fits(right, x, y, h)) continue;
+    const int32_t score = window_score(window, right.image, x, y, h);
+    if (score > scratch.right_score[k]) {
+      scratch.right_score[k] = score;
+      scratch.right_left[k] = left_index;
+    }
+    if (score > best.score) {
+      best = {static_cast<int32_t>(k), score, best.score};
+    } else {
+      best.rival = larger(best.rival, score);
+    }
+  }
+  return best;
 }
 
 // Whether enough matches around lie within the disparity gradient, and no more beyond it.
@@ -130,8 +159,8 @@ bool is_supported(const LevelView& left, const LevelView& right, const CrossingM
 
 }  // namespace
 
-void match_crossings(const LevelView& left, const LevelView& right, int32_t full_height, int32_t level, int32_t low,
-                     int32_t high, const DisparityTiles* coarse, const CrossingLimits& limits, CrossingScratch& scratch,
+void match_crossings(const LevelView& left, const LevelView& right, int32_t low, int32_t high,
+                     const DisparityTiles* coarse, const CrossingLimits& limits, const CrossingScratch& scratch,
                      CrossingMatch* matches) {
   const int32_t h = limits.half_window;
   const uint32_t right_total = right.rows.end(right.image.height - 1);
@@ -144,34 +173,13 @@ void match_crossings(const LevelView& left, const LevelView& right, int32_t full
   for (int32_t y = 0; y < left.image.height; ++y) {
     for (uint32_t i = left.rows.begin(y); i < left.rows.end(y); ++i) {
       matches[i] = {-1, 0};
-      const Crossing& from = left.rows.crossings[i];
-      const int32_t x = nearest(from.x_q8);
-      if (!window_fits(left, full_height, level, x, y, h)) continue;
-      const Interval range = coarse == nullptr ? open : allowed(*coarse, x, y, open, limits);
-      bool taken = false;
-      int32_t best = -1, best_score = 0, rival = 0;
-      for (uint32_t k = first_from(right.rows, y, int64_t{from.x_q8} - 256 * range.high); k < right.rows.end(y); ++k) {
-        const Crossing& to = right.rows.crossings[k];
-        if (to.x_q8 > from.x_q8 - 256 * range.low) break;
-        const int32_t x_right = nearest(to.x_q8);
-        if (!is_alike(from, to) || !window_fits(right, full_height, level, x_right, y, h)) continue;
-        if (!taken) take_window(left.image, x, y, h, &window);
-        taken = true;
-        const int32_t score = window_score(window, right.image, x_right, y, h);
-        if (score > scratch.right_score[k]) {
-          scratch.right_score[k] = score;
-          scratch.right_left[k] = static_cast<int32_t>(i);
-        }
-        if (score > best_score) {
-          rival = best_score;
-          best_score = score;
-          best = static_cast<int32_t>(k);
-        } else {
-          rival = larger(rival, score);
-        }
-      }
-      if (best_score >= limits.min_score_q15 && int64_t{rival} * 256 <= int64_t{range.uniqueness_q8} * best_score)
-        matches[i] = {best, best_score};
+      const int32_t x = nearest(left.rows.crossings[i].x_q8);
+      if (!window_fits(left, x, y, h)) continue;
+      take_window(left.image, x, y, h, &window);
+      const Interval range = coarse == nullptr ? open : allowed(*coarse, x, y, open, limits.uniqueness_q8);
+      const Best best = search(right, left.rows, static_cast<int32_t>(i), window, y, h, range, scratch);
+      const bool unique = int64_t{best.rival} * 256 <= int64_t{range.uniqueness_q8} * best.score;
+      if (unique && best.score >= limits.min_score_q15) matches[i] = {best.right, best.score};
     }
   }
   const uint32_t left_total = left.rows.end(left.image.height - 1);

@@ -32,12 +32,6 @@ struct CrossingMatch {
   int32_t score_q15;
 };
 
-struct LevelView {
-  PyramidLevel image;
-  const RowSpan* spans;  // of the full resolution
-  CrossingRows rows;
-};
-
 // Work memory of a level's matching.
 struct CrossingScratch {
   int32_t* right_score;  // a right crossing's best so far
@@ -45,11 +39,12 @@ struct CrossingScratch {
   uint8_t* keep;         // of the left crossings
 };
 
-// Matches a level's left crossings (matches: one each).  Disparities lie in low .. high pixels of the level, and near
-// those of the coarser level's tiles around where there are any (coarse may be null).  A match is the best of both
-// crossings, has a score, no rival nearly as good, and neighbours within the disparity gradient.
-void match_crossings(const LevelView& left, const LevelView& right, int32_t full_height, int32_t level, int32_t low,
-                     int32_t high, const DisparityTiles* coarse, const CrossingLimits& limits, CrossingScratch& scratch,
+// Matches the left crossings of a level, the same in both views (matches: one each).  Disparities lie in low .. high
+// pixels of the level, and near those of the coarser level's tiles around where there are any (coarse may be null).  A
+// match is the best of both crossings, has a score, no rival nearly as good, and neighbours within the disparity
+// gradient.
+void match_crossings(const LevelView& left, const LevelView& right, int32_t low, int32_t high,
+                     const DisparityTiles* coarse, const CrossingLimits& limits, const CrossingScratch& scratch,
                      CrossingMatch* matches);
 
 // What a level's matches tell the next finer one.

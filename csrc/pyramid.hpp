@@ -6,7 +6,7 @@
 
 namespace rvdnav {
 
-constexpr int32_t kPyramidLevels = 4;
+constexpr int32_t kPyramidLevels = 5;
 
 constexpr int32_t halved(int32_t size) { return (size + 1) / 2; }
 

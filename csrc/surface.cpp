@@ -73,12 +73,12 @@ uint32_t reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig,
   for (int32_t level = kPyramidLevels - 1; level >= 0; --level) {
     for (int32_t camera = 0; camera < RVDNAV_CAMERAS; ++camera) {
       const SurfaceView& view = memory.view[camera];
-      views[camera] = {view.level[level], view.spans, view.rows};
-      find_crossings(view.level[level], view.spans, rig.height, level, config.edge_floor * kSlopePerGrey, view.rows);
+      views[camera] = {level, view.level[level], view.spans, rig.height, view.rows};
+      find_crossings(views[camera], config.edge_floor * kSlopePerGrey);
     }
     const DisparityTiles* coarse = level == kPyramidLevels - 1 ? nullptr : &memory.tiles[(level + 1) % 2];
-    match_crossings(views[0], views[1], rig.height, level, low >> level, (high >> level) + 1, coarse, limits,
-                    memory.match, memory.matches);
+    match_crossings(views[0], views[1], low >> level, (high >> level) + 1, coarse, limits, memory.match,
+                    memory.matches);
     if (level == 0) break;
     DisparityTiles& tiles = memory.tiles[level % 2];
     tiles.columns = tiles_over(views[0].image.width);

@@ -6,7 +6,6 @@ namespace rvdnav {
 namespace {
 
 constexpr int32_t kMargin = 4;  // columns from the end of a span: what the filters reach
-constexpr int32_t kMaxRun = 7;  // columns that an edge may take for one row
 
 // Where the cubic through f[-1], f[0], f[1], f[2] crosses zero between 0 and 1, Q8; f[0] and f[1] differ in sign.
 int32_t cubic_zero_q8(const int16_t* f) {
@@ -28,20 +27,21 @@ constexpr int32_t size_of(int32_t v) { return v < 0 ? -v : v; }
 
 }  // namespace
 
-RowSpan level_span(const RowSpan* spans, int32_t full_height, int32_t level, int32_t y) {
-  const int32_t row = y << level;
-  const RowSpan span = spans[row < full_height ? row : full_height - 1];
-  return {static_cast<int16_t>((span.begin + (1 << level) - 1) >> level),
-          static_cast<int16_t>((span.end + (1 << level) - 1) >> level)};
+RowSpan level_span(const LevelView& view, int32_t y) {
+  const int32_t row = y << view.level;
+  const RowSpan span = view.spans[row < view.full_height ? row : view.full_height - 1];
+  const int32_t up = (1 << view.level) - 1;
+  return {static_cast<int16_t>((span.begin + up) >> view.level), static_cast<int16_t>((span.end + up) >> view.level)};
 }
 
-void find_crossings(const PyramidLevel& image, const RowSpan* spans, int32_t full_height, int32_t level,
-                    int32_t min_slope, const CrossingRows& out) {
+void find_crossings(const LevelView& view, int32_t min_slope) {
+  const PyramidLevel& image = view.image;
+  const CrossingRows& out = view.rows;
   uint32_t count = 0;
   for (int32_t y = 0; y < image.height; ++y) {
     out.row_start[y] = count;
     if (y == 0 || y == image.height - 1) continue;
-    const RowSpan span = level_span(spans, full_height, level, y);
+    const RowSpan span = level_span(view, y);
     const ptrdiff_t offset = static_cast<ptrdiff_t>(y) * image.width;
     const int16_t* row = image.laplacian + offset;
     const uint16_t* smoothed = image.smoothed + offset;

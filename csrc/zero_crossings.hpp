@@ -24,12 +24,22 @@ struct CrossingRows {
 // Of a row; smoothed noise has one in about four pixels.
 constexpr int32_t max_crossings(int32_t width) { return width / 3 + 1; }
 
-// Columns of a level's row that the raw image covers, from those of the full resolution.
-RowSpan level_span(const RowSpan* spans, int32_t full_height, int32_t level, int32_t y);
+// A level of a view, and its crossings.
+struct LevelView {
+  int32_t level;  // 0: the full resolution
+  PyramidLevel image;
+  const RowSpan* spans;  // of the full resolution's rows
+  int32_t full_height;   // as many
+  CrossingRows rows;
+};
 
-// Crossings whose edge runs steeper than one in kMaxRun to the row and whose slope is at least min_slope; spans:
-// full_height of them, of the full resolution.
-void find_crossings(const PyramidLevel& image, const RowSpan* spans, int32_t full_height, int32_t level,
-                    int32_t min_slope, const CrossingRows& out);
+// Columns of a row that the raw image covers.
+RowSpan level_span(const LevelView& view, int32_t y);
+
+constexpr int32_t kMaxRun = 7;
+
+// Fills view.rows with the crossings whose edge takes at most kMaxRun columns for a row and whose slope is at least
+// min_slope.
+void find_crossings(const LevelView& view, int32_t min_slope);
 
 }  // namespace rvdnav

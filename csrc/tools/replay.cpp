@@ -15,6 +15,7 @@
 namespace {
 
 constexpr int kThetaRows = 180;
+constexpr size_t kAlignment = 64;  // of the memory that the library is given
 
 [[noreturn]] void fail(const char* what, const char* detail) {
   std::fprintf(stderr, "replay: %s: %s\n", what, detail);
@@ -92,7 +93,6 @@ class Replay {
     config_.isa = isa;
     size_t size = 0;
     check(rvdnav_context_size(&config_, &rig, &size), "context");
-    constexpr size_t kAlignment = 64;
     memory_.resize(size + kAlignment);
     void* block = memory_.data();
     size_t space = memory_.size();
@@ -136,6 +136,27 @@ class Replay {
     print(frame, camera, "peaks", peaks);
   }
 
+  // The integers of the surface alone: its points in space are doubles.
+  void surface(int frame, const std::vector<uint8_t>& left, const std::vector<uint8_t>& right) {
+    const rvdnav_image l = {left.data(), rig_.width, rig_.height, rig_.width};
+    const rvdnav_image r = {right.data(), rig_.width, rig_.height, rig_.width};
+    size_t size = 0;
+    check(rvdnav_surface_size(context_, &size), "surface_size");
+    std::vector<unsigned char> memory(size + kAlignment);
+    const size_t offset = (kAlignment - reinterpret_cast<uintptr_t>(memory.data()) % kAlignment) % kAlignment;
+    std::vector<rvdnav_surface_point> points(left.size() / 8);
+    uint32_t count = 0;
+    check(rvdnav_surface(context_, &l, &r, memory.data() + offset, size, points.data(),
+                         static_cast<uint32_t>(points.size()), &count),
+          "surface");
+    std::vector<int32_t> integers;
+    for (uint32_t i = 0; i < count; ++i) {
+      const rvdnav_surface_point& p = points[i];
+      integers.insert(integers.end(), {p.x_q8, p.y_q8, p.disparity_q8, p.score_q15, p.grey});
+    }
+    print(frame, 0, "surface", integers);
+  }
+
  private:
   rvdnav_rig rig_;
   rvdnav_config config_ = {};
@@ -161,7 +182,9 @@ int main(int argc, char** argv) {
   if (next == argc || (argc - next) % 2 != 0) fail("usage", "images come in pairs");
   Replay replay(rig, isa);
   for (int frame = 0; next < argc; ++frame, next += 2) {
-    for (int camera = 0; camera < 2; ++camera) replay.view(frame, camera, read_pgm(argv[next + camera], rig));
+    const std::vector<uint8_t> views[2] = {read_pgm(argv[next], rig), read_pgm(argv[next + 1], rig)};
+    for (int camera = 0; camera < 2; ++camera) replay.view(frame, camera, views[camera]);
+    replay.surface(frame, views[0], views[1]);
   }
   return 0;
 }

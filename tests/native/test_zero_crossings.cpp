@@ -32,7 +32,7 @@ Found crossings_of(int32_t w, int32_t h, const std::function<double(double, doub
   const std::vector<RowSpan> spans(static_cast<size_t>(h), RowSpan{margin, static_cast<int16_t>(w - margin)});
   Found found = {std::vector<Crossing>(static_cast<size_t>(max_crossings(w) * h)),
                  std::vector<uint32_t>(static_cast<size_t>(h) + 1)};
-  find_crossings(level, spans.data(), h, 0, min_slope, found.rows());
+  find_crossings({0, level, spans.data(), h, found.rows()}, min_slope);
   found.crossings.resize(found.row_start.back());
   return found;
 }
@@ -98,10 +98,11 @@ TEST_CASE("what lies outside the spans or in a crowd beyond the limit is left ou
 
 TEST_CASE("spans shrink to whole pixels of a level") {
   const std::vector<RowSpan> spans = {{3, 60}, {0, 64}, {9, 57}, {1, 8}};
-  CHECK(level_span(spans.data(), 4, 0, 2).begin == 9);
-  CHECK(level_span(spans.data(), 4, 1, 1).begin == 5);
-  CHECK(level_span(spans.data(), 4, 1, 1).end == 29);
-  CHECK(level_span(spans.data(), 4, 2, 1).end == 2);  // beyond the last row: the last one
+  const auto view = [&](int32_t level) { return LevelView{level, {}, spans.data(), 4, {}}; };
+  CHECK(level_span(view(0), 2).begin == 9);
+  CHECK(level_span(view(1), 1).begin == 5);
+  CHECK(level_span(view(1), 1).end == 29);
+  CHECK(level_span(view(2), 1).end == 2);  // beyond the last row: the last one
 }
 
 TEST_CASE("integer roots and correlations are those of real numbers") {
