@@ -25,6 +25,7 @@ STAGES = (
     "measure_edges",
     "correlate",
     "triangulate",
+    "surface",
 )
 LEFT, RIGHT = 0, 1
 
@@ -64,6 +65,7 @@ def stages(sequence: Sequence, frame: Frame) -> dict[str, Callable[[], Any]]:
         "find_bars": lambda: core.find_bars(LEFT, segments),
         "measure_edges": lambda: core.measure_edges(LEFT, left, edges),
         "correlate": lambda: core.correlate(left, right, points),
+        "surface": lambda: core.surface(left, right),
         "triangulate": lambda: core.triangulate(points, points_right),
     }
 

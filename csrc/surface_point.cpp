@@ -9,8 +9,8 @@ namespace rvdnav {
 namespace {
 
 constexpr int32_t kHalfColumns = 3, kHalfRows = 1;  // of the window that the Laplacians are compared in
-constexpr double kSamplingSigma = 0.05;             // pixels of disparity: interpolation, lens grid
-constexpr double kRowSigma = 0.03;                  // pixels across the rows: lens grid, rectification
+constexpr double kSamplingSigma = 0.08;  // pixels of disparity: interpolation, lens grid, edges that are not sharp
+constexpr double kRowSigma = 0.03;       // pixels across the rows: lens grid, rectification
 
 struct Agreement {
   double mean_square;  // of the left Laplacian

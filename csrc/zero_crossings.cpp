@@ -1,7 +1,5 @@
 #include "zero_crossings.hpp"
 
-#include "angle.hpp"
-
 namespace rvdnav {
 namespace {
 
@@ -54,10 +52,8 @@ void find_crossings(const LevelView& view, int32_t min_slope) {
       const uint16_t* s = smoothed + x + (t_q8 >= 128 ? 1 : 0);
       const int32_t gx = s[1] - s[-1], gy = s[image.width] - s[-image.width];
       // The edge must rise where the Laplacian falls: other crossings are of smooth shading.
-      if ((gx > 0) != (slope < 0) || size_of(gy) > kMaxRun * size_of(gx)) continue;
-      const int32_t bounded = slope > 32767 ? 32767 : slope < -32767 ? -32767 : slope;
-      out.crossings[count++] = {256 * x + t_q8, static_cast<int16_t>(bounded), static_cast<int16_t>(floor_shift(gx, 3)),
-                                static_cast<int16_t>(floor_shift(gy, 3))};
+      if (gx == 0 || (gx > 0) != (slope < 0) || size_of(gy) > kMaxRun * size_of(gx)) continue;
+      out.crossings[count++] = {256 * x + t_q8, slope, gx, gy};
     }
   }
   out.row_start[image.height] = count;

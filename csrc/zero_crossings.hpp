@@ -8,8 +8,8 @@ namespace rvdnav {
 
 struct Crossing {
   int32_t x_q8;    // column
-  int16_t slope;   // of the Laplacian along the row, its units a pixel; negative where grey levels rise
-  int16_t gx, gy;  // gradient of the smoothed image, grey levels a pixel, Q6
+  int32_t slope;   // of the Laplacian along the row, its units a pixel; negative where grey levels rise
+  int32_t gx, gy;  // gradient of the smoothed image, grey levels over two pixels, Q8; gx is not 0
 };
 
 // The crossings of a level, row by row, in the order of x.

@@ -197,7 +197,7 @@ def test_version_and_help(capsys):
     assert capsys.readouterr().out == f"rvdnav {rvdnav.__version__}\n"
     assert execute(["--help"]) == 0
     text = capsys.readouterr().out
-    assert all(command in text for command in ("run", "evaluate", "bench"))
+    assert all(command in text for command in ("run", "evaluate", "reconstruct", "bench"))
 
 
 def test_the_program_itself_exits_with_the_code(tmp_path):

@@ -56,6 +56,7 @@ DOCUMENTS = [
     "docs/conventions.md",
     "docs/faults.md",
     "docs/simulation.md",
+    "docs/reconstruction.md",
 ]
 
 
