@@ -1,0 +1,110 @@
+"""The start of the bundle adjustment: Zhang's method and the stereo calibration as OpenCV has them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rvdnav.calibration.adjustment import StereoModel
+from rvdnav.calibration.board import Board
+from rvdnav.calibration.views import View
+from rvdnav.camera import CameraModel
+from rvdnav.pose.arrays import BoolArray, FloatArray
+from rvdnav.pose.so3 import exp, make_T
+
+_FLAGS = cv2.CALIB_FIX_K3
+_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
+_Points = list[NDArray[np.float32]]
+
+
+def mono_errors(views: Sequence[View], board: Board, camera: int) -> FloatArray:
+    """RMS reprojection error (v,), px, of each view in a calibration of one camera by itself.
+
+    Raises ValueError where the views do not determine the camera.
+    """
+    errors: FloatArray = _calibrate_one(views, board, camera)[2]
+    return errors
+
+
+def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, FloatArray]:
+    """The rig by OpenCV's stereo calibration, and the RMS error (v,), px, of each view, the worse camera's.
+
+    Raises ValueError where the views do not determine it.
+    """
+    (K_0, d_0, _), (K_1, d_1, _) = (_calibrate_one(views, board, camera) for camera in range(2))
+    seen = [_seen(view.uv[0]) & _seen(view.uv[1]) for view in views]
+    size = _size(views)
+    try:
+        _, *cameras, R, t, _, _, rotations, translations, errors = cv2.stereoCalibrateExtended(
+            _object_points(board, seen),
+            _image_points(views, 0, seen),
+            _image_points(views, 1, seen),
+            K_0,
+            d_0,
+            K_1,
+            d_1,
+            size,
+            np.eye(3),
+            np.zeros(3),
+            flags=_FLAGS | cv2.CALIB_USE_INTRINSIC_GUESS,
+            criteria=_CRITERIA,
+        )
+    except cv2.error as error:
+        raise ValueError("the views do not determine the rig") from error
+    K_0, d_0, K_1, d_1 = (np.asarray(part, dtype=np.float64) for part in cameras)
+    poses = [_transform(r, p) for r, p in zip(rotations, translations, strict=True)]
+    model = StereoModel(
+        cameras=(_camera(size, K_0, d_0), _camera(size, K_1, d_1)),
+        T_cam1_cam0=_transform(R, t),
+        T_cam0_board=np.stack(poses),
+    )
+    return model, np.max(errors, axis=1)
+
+
+def _calibrate_one(views: Sequence[View], board: Board, camera: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Intrinsic matrix (3, 3), distortion and each view's error (v,) of one camera."""
+    seen = [_seen(view.uv[camera]) for view in views]
+    try:
+        _, K, distortion, _, _, _, _, errors = cv2.calibrateCameraExtended(
+            _object_points(board, seen),
+            _image_points(views, camera, seen),
+            _size(views),
+            np.eye(3),
+            np.zeros(5),
+            flags=_FLAGS,
+        )
+    except cv2.error as error:
+        raise ValueError("the views do not determine the cameras") from error
+    return np.asarray(K, np.float64), np.asarray(distortion, np.float64), np.asarray(errors, np.float64).ravel()
+
+
+def _seen(uv: FloatArray) -> BoolArray:
+    return np.isfinite(uv[..., 0]) & np.isfinite(uv[..., 1])
+
+
+def _object_points(board: Board, seen: Sequence[BoolArray]) -> _Points:
+    return [board.points[mask].astype(np.float32) for mask in seen]
+
+
+def _image_points(views: Sequence[View], camera: int, seen: Sequence[BoolArray]) -> _Points:
+    return [view.uv[camera][mask].astype(np.float32) for view, mask in zip(views, seen, strict=True)]
+
+
+def _size(views: Sequence[View]) -> tuple[int, int]:
+    height, width = views[0].images[0].shape
+    return width, height
+
+
+def _camera(size: tuple[int, int], K: FloatArray, distortion: FloatArray) -> CameraModel:
+    return CameraModel(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], np.ravel(distortion)[:4])
+
+
+def _transform(rotation: ArrayLike, translation: ArrayLike) -> FloatArray:
+    """From OpenCV's rotation matrix or vector and translation."""
+    R = np.asarray(rotation, dtype=np.float64)
+    if R.size == 3:
+        R = exp(R.ravel())
+    return make_T(R, np.asarray(translation, dtype=np.float64).ravel())
