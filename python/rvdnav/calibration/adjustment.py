@@ -37,9 +37,9 @@ class Adjustment:
     """The least-squares solution.
 
     residuals (v, 2, n, 2): measured minus predicted, px, NaN where nothing was measured.  normal: the normal matrix
-    (22, 22) of the parameters, px^-2, the boards' poses eliminated.  covariance (22, 22): of the parameters, in the order of
-    `calibration_parameters`.  sigma_px: of a coordinate of a corner.  correlation: the factor by which the covariance was widened because the errors of a view's
-    corners go together; 1 where they are independent.
+    (22, 22) of the parameters, px^-2, the boards' poses eliminated.  covariance (22, 22): of the parameters, in the
+    order of `calibration_parameters`.  sigma_px: of a coordinate of a corner.  correlation: the factor by which the
+    covariance was widened because the errors of a view's corners go together; 1 where they are independent.
     """
 
     model: StereoModel

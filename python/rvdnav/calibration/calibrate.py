@@ -17,6 +17,7 @@ from rvdnav.calibration.board import Board
 from rvdnav.calibration.detection import BoardNotFoundError, refine
 from rvdnav.calibration.sources import ImagePair
 from rvdnav.calibration.start import mono_errors, start_stereo
+from rvdnav.calibration.stretch import board_stretch
 from rvdnav.calibration.views import Dropped, Progress, View, find_views, select
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, world_from_camchain
@@ -27,7 +28,6 @@ _MISFIT_FLOOR_PX = 0.25
 """A view is dropped whose RMS is this many times the views' median, and above the floor."""
 _OUTLIER = 6.0
 """A corner is dropped whose residual exceeds this many (robust) standard deviations."""
-_STRETCH_STEP = 1e-3
 
 
 class CalibrationError(ValueError):
@@ -72,7 +72,7 @@ def calibrate(pairs: Iterable[ImagePair], board: Board, progress: Progress = lam
         model, views = _measured_again(adjustment.model, views, board, dropped)
         adjustment, views, uv = _adjusted(model, views, board, dropped)
         rig = _rig(adjustment)
-        stretch, sigma_stretch = _stretch(adjustment, board, uv)
+        stretch, sigma_stretch = board_stretch(adjustment, board.points, uv)
     except ValueError as error:
         raise CalibrationError(str(error), dropped) from error
     return Calibration(board, rig, adjustment, tuple(views), uv, tuple(dropped), stretch, sigma_stretch)
@@ -163,17 +163,3 @@ def _rig(adjustment: Adjustment) -> Rig:
         return Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
     except ValueError as error:
         raise ValueError(f"the views give no usable rig: {error}") from error
-
-
-def _stretch(adjustment: Adjustment, board: Board, uv: FloatArray) -> tuple[float, float]:
-    """By how much the squares are wider than high, and its sigma: where the cost over stretched boards is least."""
-    costs = []
-    for stretch in (-_STRETCH_STEP, 0.0, _STRETCH_STEP):
-        points = board.points * (1.0 + stretch, 1.0, 1.0)
-        costs.append(float(np.nansum(adjust(adjustment.model, points, uv).residuals ** 2)))
-    curvature = (costs[0] - 2.0 * costs[1] + costs[2]) / _STRETCH_STEP**2
-    slope = (costs[2] - costs[0]) / (2.0 * _STRETCH_STEP)
-    if not curvature > 0.0:
-        return 0.0, float("inf")
-    variance = adjustment.sigma_px**2 * adjustment.correlation
-    return -slope / curvature, float(np.sqrt(2.0 * variance / curvature))

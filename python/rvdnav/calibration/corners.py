@@ -26,8 +26,8 @@ _MARGIN_PX = 2.0
 _MIN_WINDOW = 0.4
 _MAX_RADIUS = 12
 """px; beyond it more pixels no longer pay."""
-_MIN_ARM = 0.05
-"""Least half width of the cross, in squares."""
+_MIN_ARM_PX = 1.0
+"""Least half width of the cross, px."""
 _ITERATIONS = 25
 _CONVERGED_PX = 1e-4
 _BLUR_PX = (0.3, 6.0)
@@ -98,9 +98,11 @@ def _within(q: FloatArray, steps: FloatArray, clearance: float) -> BoolArray:
     sizes = np.linalg.norm(steps, axis=2)
     limits = np.clip(1.0 - _MARGIN_PX / sizes, _MIN_WINDOW, _WINDOW)[:, None, :]
     along = np.abs(q @ np.linalg.inv(steps))  # in squares: q = along @ steps
-    arm = np.maximum(clearance - _MARGIN_PX / sizes.min(axis=1), _MIN_ARM)[:, None]
+    least = sizes.min(axis=1)
+    arm = (np.maximum(clearance * least - _MARGIN_PX, _MIN_ARM_PX) / least)[:, None]
     in_disc: BoolArray = np.hypot(q[..., 0], q[..., 1]) <= _MAX_RADIUS
-    return in_disc & (along <= limits).all(axis=2) & (along.min(axis=2) <= arm)
+    near: BoolArray = (along <= limits).all(axis=2) & (along.min(axis=2) <= arm)
+    return in_disc & near
 
 
 def _straightened(camera: CameraModel, uv: FloatArray, q: FloatArray) -> FloatArray:

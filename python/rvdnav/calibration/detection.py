@@ -88,12 +88,14 @@ def _partial(image: PixelArray, board: Board) -> str:
     if not found or uv is None:
         return "the board was not found"
     rows, columns = meta.shape[:2]
+    if rows * columns >= board.rows * board.columns:
+        return "the board was not found"
     grid = uv.reshape(rows, columns, 2)
     square = float(np.median(np.linalg.norm(np.diff(grid, axis=1), axis=2)))
     height, width = image.shape
     gaps = np.concatenate([grid.min(axis=(0, 1)), (width - 1, height - 1) - grid.max(axis=(0, 1))])
     seen = f"{columns}x{rows} of the {board.columns}x{board.rows} corners are seen"
-    if gaps.min() < _BORDER_SQUARES * square and columns * rows < board.columns * board.rows:
+    if gaps.min() < _BORDER_SQUARES * square:
         return f"the board is cut off at the {('left', 'upper', 'right', 'lower')[int(gaps.argmin())]} border: {seen}"
     return f"the board was not found whole: {seen}"
 

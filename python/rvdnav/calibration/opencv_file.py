@@ -23,7 +23,7 @@ _TERMS = 4  # of the distortion: k1, k2, p1, p2
 
 
 def save_opencv(rig: Rig, path: Path) -> None:
-    """Write a stereo rig as an OpenCV FileStorage (YAML): M1, D1, M2, D2, R, T of cam0 to cam1, m, and the images' size.
+    """Write a stereo rig as an OpenCV FileStorage (YAML): M1, D1, M2, D2, R, T of cam0 to cam1, m, and the image size.
 
     The header is the one that OpenCV 4 and 5 both accept.  Raises InputError naming the file when it cannot be written.
     """

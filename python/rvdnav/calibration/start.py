@@ -38,7 +38,8 @@ def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, Floa
     seen = [_seen(view.uv[0]) & _seen(view.uv[1]) for view in views]
     size = _size(views)
     try:
-        _, *cameras, R, t, _, _, rotations, translations, errors = cv2.stereoCalibrateExtended(
+        # The cameras are held: a view that doesn't belong would bend them instead of showing in its own error.
+        _, _, _, _, _, R, t, _, _, rotations, translations, errors = cv2.stereoCalibrateExtended(
             _object_points(board, seen),
             _image_points(views, 0, seen),
             _image_points(views, 1, seen),
@@ -49,12 +50,11 @@ def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, Floa
             size,
             np.eye(3),
             np.zeros(3),
-            flags=_FLAGS | cv2.CALIB_USE_INTRINSIC_GUESS,
+            flags=cv2.CALIB_FIX_INTRINSIC,
             criteria=_CRITERIA,
         )
     except cv2.error as error:
         raise ValueError("the views do not determine the rig") from error
-    K_0, d_0, K_1, d_1 = (np.asarray(part, dtype=np.float64) for part in cameras)
     poses = [_transform(r, p) for r, p in zip(rotations, translations, strict=True)]
     model = StereoModel(
         cameras=(_camera(size, K_0, d_0), _camera(size, K_1, d_1)),
@@ -99,7 +99,12 @@ def _size(views: Sequence[View]) -> tuple[int, int]:
 
 
 def _camera(size: tuple[int, int], K: FloatArray, distortion: FloatArray) -> CameraModel:
-    return CameraModel(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], np.ravel(distortion)[:4])
+    try:
+        return CameraModel(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], np.ravel(distortion)[:4])
+    except ValueError as error:
+        raise ValueError(
+            f"the views do not determine the lens ({error}); show the board in the image's corners"
+        ) from error
 
 
 def _transform(rotation: ArrayLike, translation: ArrayLike) -> FloatArray:

@@ -7,12 +7,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, NoReturn, cast
+from typing import Annotated, Any, NoReturn, cast
 
 import typer
+from typer.core import TyperGroup
 
 from rvdnav import __version__
 from rvdnav.cli.bench import bench
+from rvdnav.cli.calibrate import calibrate_folder
 from rvdnav.cli.evaluate import evaluate
 from rvdnav.cli.reconstruct import reconstruct_frame
 from rvdnav.cli.run import run
@@ -30,6 +32,24 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
 )
+
+
+class _Calibrate(TyperGroup):
+    """A group whose first word may also be the folder: `calibrate FOLDER` stands for `calibrate images FOLDER`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["images", *args]
+        return list(super().parse_args(ctx, args))
+
+
+calibrate_app = typer.Typer(
+    cls=_Calibrate,
+    help="Calibrate a stereo rig: calibrate FOLDER --board 9x6 --square 25mm --out DIR.",
+    rich_markup_mode=None,
+    add_completion=False,
+)
+app.add_typer(calibrate_app, name="calibrate")
 
 
 def _print_version(wanted: bool) -> None:
@@ -97,6 +117,22 @@ def _bench(
 ) -> int:
     """Time every stage and the whole frame, beside OpenCV's Canny and Hough transform on the same images."""
     return bench(sequence)
+
+
+@calibrate_app.command("images")
+def _calibrate(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder or OpenCV list of the pictures.")],
+    board: Annotated[str, typer.Option(metavar="9x6", help="The board's inner corners.")],
+    square: Annotated[str, typer.Option(metavar="25mm", help="Side of a square.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
+    marker: Annotated[str | None, typer.Option(metavar="18mm", help="Side of a marker: a ChArUco board.")] = None,
+    dictionary: Annotated[str | None, typer.Option(metavar="NAME", help="Of the markers; 5X5_100 by default.")] = None,
+    baseline: Annotated[
+        str | None, typer.Option(metavar="120mm", help="Distance of the cameras, if known: refuse what differs by 2 %.")
+    ] = None,
+) -> int:
+    """Calibrate a stereo rig from pictures of a board: camchain.yaml, rig.yaml and calibration.html in DIR."""
+    return calibrate_folder(folder, board, square, out, marker=marker, dictionary=dictionary, baseline=baseline)
 
 
 def execute(arguments: Sequence[str]) -> int:
