@@ -135,6 +135,24 @@ def _calibrate(
     return calibrate_folder(folder, board, square, out, marker=marker, dictionary=dictionary, baseline=baseline)
 
 
+@app.command("campaign")
+def _campaign(
+    plan: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="What to run: sequences, scenarios, seeds, faults.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the results; goes on where it stopped.")
+    ],
+    backend: Annotated[str, typer.Option(metavar="NAME", help="local, dask or ray.")] = "local",
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask or Ray cluster; one of its own without it.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar="N", help="At once; -1 for as many as there are cores.")] = -1,
+) -> int:
+    """Run many sequences with faults and seeds: results.parquet and campaign.html in DIR."""
+    from rvdnav.cli.campaign import campaign  # needs an extra that the other commands do without
+
+    return campaign(plan, out, backend, scheduler, jobs)
+
+
 def execute(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code; a user's mistake gets one line on stderr, never a traceback."""
     try:

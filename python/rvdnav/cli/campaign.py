@@ -1,0 +1,59 @@
+"""``rvdnav campaign``: many runs, on this machine or on a cluster, summed up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from rvdnav.campaign import Pool, Summary, load_plan, run_campaign, summarise
+from rvdnav.campaign.page import REPORT, write_campaign_report
+from rvdnav.campaign.run import BACKENDS
+from rvdnav.campaign.store import RESULTS
+from rvdnav.cli.tables import console
+from rvdnav.errors import InputError
+
+
+def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: int) -> int:
+    """Run the campaign that the file at ``path`` describes in the folder ``out``.
+
+    Returns 0 if any pose was published, else 1.  Raises InputError.
+    """
+    if backend not in BACKENDS:
+        raise InputError(f"--backend {backend}: is none of {', '.join(BACKENDS)}")
+    plan = load_plan(path)
+    errors = Console(stderr=True, highlight=False, markup=False)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        tasks = {what: bar.add_task(what, total=None, visible=False) for what in ("scenes", "trials")}
+
+        def tell(what: str, done: int, total: int) -> None:
+            bar.update(tasks[what], completed=done, total=total, visible=total > 0)
+
+        rows = run_campaign(plan, out, Pool(backend, scheduler, jobs), tell)
+    summary = summarise(rows)
+    write_campaign_report(out / REPORT, plan.name, summary, rows)
+    _print(summary)
+    console.print(f"results: {out / RESULTS}", soft_wrap=True)
+    console.print(f"report: {out / REPORT}", soft_wrap=True)
+    return 0 if summary.overall.published else 1
+
+
+def _print(summary: Summary) -> None:
+    table = Table(title="Campaign", title_justify="left")
+    for heading in ("fault", "trials", "frames", "published", "wrong", "rate below"):
+        table.add_column(heading, justify="left" if heading == "fault" else "right")
+    for group in (*summary.by_fault, summary.overall):
+        if group is summary.overall:
+            table.add_section()
+        table.add_row(
+            group.name,
+            str(group.trials),
+            str(group.frames),
+            f"{100 * group.availability:.1f} %",
+            str(group.wrong),
+            f"{100 * group.wrong_bound:.2g} %",
+        )
+    console.print(table)
