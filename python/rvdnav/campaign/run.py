@@ -99,14 +99,15 @@ def _dask(scheduler: str | None) -> Iterator[None]:
 def _ray(scheduler: str | None) -> Iterator[None]:
     try:
         import ray
-        from ray.util.joblib import register_ray
+        from ray.util import joblib as bridge
     except ImportError as error:
         raise InputError("--backend ray needs ray: install rvdnav with the extra 'ray'") from error
     try:
         ray.init(address=scheduler, log_to_driver=False)
     except ConnectionError as error:
         raise InputError(f"--scheduler {scheduler}: cannot be reached") from error
-    register_ray()
+    register: Any = bridge.register_ray  # untyped
+    register()
     try:
         yield
     finally:
