@@ -43,6 +43,7 @@ class Reason(enum.Enum):
     """Why a frame was not published, or what was remarkable about it; the value is its one-line description."""
 
     NO_TARGET = "no bracket was found in the images"
+    NO_PRIOR = "this target cannot be searched for: it needs a pose to start from"
     AMBIGUOUS = "two different poses explain the images about equally well"
     TOO_FEW_LINES = "too few edges of the target were measured"
     RESIDUALS = "the measured edges do not fit the model"

@@ -25,7 +25,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "approach"
 START_NS = 1_700_000_000_000_000_000
 STEP_NS = 125_000_000
 
-_SCANLINES = 8
+SCANLINES = 8
 _SIDE_POINTS = 12
 
 
@@ -124,17 +124,17 @@ def draw_images(
 
 
 def _draw(rig: Rig, camera: int, bracket: Bracket, T: np.ndarray, look: Look, rng: np.random.Generator) -> np.ndarray:
-    canvas = np.full((rig.height * _SCANLINES, rig.width), look.background, np.float32)
+    canvas = np.full((rig.height * SCANLINES, rig.width), look.background, np.float32)
     if look.clutter:
         for corners, grey in _clutter(bracket):
-            _paint(canvas, grey, _outline(rig, camera, T, corners))
+            paint(canvas, grey, outline(rig, camera, T, corners))
     if look.bracket:
         if look.thick:
             for quad in _sides_in_sight(bracket, T, rig.T_world_cam[camera][:3, 3]):
-                _paint(canvas, look.side, _outline(rig, camera, T, quad))
-        hole = _outline(rig, camera, T, bracket.inner)
-        _paint(canvas, look.face, _outline(rig, camera, T, bracket.outer), hole)
-    image = canvas.reshape(rig.height, _SCANLINES, rig.width).mean(axis=1)
+                paint(canvas, look.side, outline(rig, camera, T, quad))
+        hole = outline(rig, camera, T, bracket.inner)
+        paint(canvas, look.face, outline(rig, camera, T, bracket.outer), hole)
+    image = canvas.reshape(rig.height, SCANLINES, rig.width).mean(axis=1)
     image = cv2.GaussianBlur(image, (0, 0), look.blur)
     noisy = image + rng.normal(0.0, look.noise, image.shape)
     return np.clip(np.round(noisy), 0, 255).astype(np.uint8)
@@ -176,7 +176,7 @@ def _clutter(bracket: Bracket) -> Iterator[tuple[np.ndarray, float]]:
             yield centre + corners, facets.uniform(20.0, 200.0)
 
 
-def _outline(rig: Rig, camera: int, T: np.ndarray, corners: np.ndarray) -> np.ndarray:
+def outline(rig: Rig, camera: int, T: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Raw pixels (n, 2) along the outline of a polygon in C."""
     ends = np.roll(corners, -1, axis=0)
     w = np.linspace(0.0, 1.0, _SIDE_POINTS, endpoint=False)[:, None]
@@ -184,7 +184,7 @@ def _outline(rig: Rig, camera: int, T: np.ndarray, corners: np.ndarray) -> np.nd
     return rig.project(camera, points @ T[:3, :3].T + T[:3, 3])
 
 
-def _paint(canvas: np.ndarray, grey: float, outline: np.ndarray, hole: np.ndarray | None = None) -> None:
+def paint(canvas: np.ndarray, grey: float, outline: np.ndarray, hole: np.ndarray | None = None) -> None:
     if not np.isfinite(outline).all():
         return
     covered = _coverage(canvas.shape, outline)
@@ -201,7 +201,7 @@ def _paint(canvas: np.ndarray, grey: float, outline: np.ndarray, hole: np.ndarra
 
 def _coverage(shape: tuple[int, int], outline: np.ndarray) -> tuple[slice, slice, np.ndarray] | None:
     """Part of each scanline's pixels inside a convex outline, over the rows and columns that it touches."""
-    x, y = outline[:, 0], (outline[:, 1] + 0.5) * _SCANLINES - 0.5
+    x, y = outline[:, 0], (outline[:, 1] + 0.5) * SCANLINES - 0.5
     rows = slice(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())) + 1, shape[0]))
     columns = slice(max(int(np.floor(x.min())) - 1, 0), min(int(np.ceil(x.max())) + 2, shape[1]))
     if rows.stop <= rows.start or columns.stop <= columns.start:

@@ -75,9 +75,13 @@ def _run(
         list[str] | None,
         typer.Option(metavar="NAME:FRAMES", help="Inject a fault, e.g. black_left:10-14,20; may be repeated."),
     ] = None,
+    initial_pose: Annotated[
+        str | None,
+        typer.Option(metavar="POSE", help='T_world_target at the first frame: "tx ty tz qx qy qz qw", m.'),
+    ] = None,
 ) -> int:
     """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR."""
-    return run(sequence, out, fault or [])
+    return run(sequence, out, fault or [], initial_pose)
 
 
 @app.command("evaluate")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -15,17 +16,21 @@ from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.faults import FaultySequence, parse_fault
+from rvdnav.navigator import parse_pose
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 
 
-def run(path: Path, out: Path, faults: list[str]) -> int:
+def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None) -> int:
     """Process the sequence at ``path`` into ``out``, with the faults injected that are given as NAME:FRAMES.
+
+    initial_pose: T_world_target at the first frame as "tx ty tz qx qy qz qw".
 
     Returns 0 if any pose was published, else 1.  Raises InputError.
     """
+    options = {} if initial_pose is None else {"initial_pose": parse_pose(initial_pose)}
     injected = [parse_fault(fault) for fault in faults]
     sequence = open_sequence(path)
     if injected:
@@ -33,7 +38,7 @@ def run(path: Path, out: Path, faults: list[str]) -> int:
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
-        solutions = _process(sequence)
+        solutions = _process(sequence, options)
         write_solutions(staging, solutions)
         evaluation = _evaluation(sequence, solutions)
         write_report(
@@ -49,8 +54,8 @@ def run(path: Path, out: Path, faults: list[str]) -> int:
     return 0 if any(solution.published for solution in solutions) else 1
 
 
-def _process(sequence: Sequence) -> list[Solution]:
-    navigator = Navigator(sequence.rig, sequence.target)
+def _process(sequence: Sequence, options: dict[str, Any]) -> list[Solution]:
+    navigator = Navigator(sequence.rig, sequence.target, **options)
     solutions: list[Solution] = []
     told: set[str] = set()
     errors = Console(stderr=True, highlight=False, markup=False)

@@ -10,6 +10,7 @@ from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, refine_pose_lines
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.loss import Loss
 from rvdnav.rig import Rig
 from rvdnav.target import Bracket
 
@@ -17,13 +18,14 @@ from rvdnav.target import Bracket
 _ENDPOINT_SIGMA_PX = 0.08
 
 
-def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float) -> float:
+def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float, loss: Loss = "huber") -> float:
     """Distance between the pose that the left view's lines give alone and the right one's, in standard deviations.
 
     The refinement over both views gives up lines that contradict the others, and so can follow one view and the
-    disparity into a pose that the other view denies.  Here every line of a view counts.  calibration_sigma, rad: what
-    the calibration of a camera may err, of the attitude and of the position as a part of the range.  0 where a view
-    determines no pose by itself.
+    disparity into a pose that the other view denies.  Here the lines of a view are by themselves.  calibration_sigma, rad: what
+    the calibration of a camera may err, of the attitude and of the position as a part of the range.  loss: "huber" lets
+    every line count, "tukey" gives up what contradicts the rest of its own view, such as a print taken for an edge.
+    0 where a view determines no pose by itself.
     """
     cameras = rectified_cameras(rig)
     T, lines = measurement.pose.T_world_target, measurement.lines
@@ -32,7 +34,7 @@ def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float
         for camera in range(len(rig.cameras)):
             views.append(
                 refine_pose_lines(
-                    T, _of_camera(lines, camera), cameras, endpoint_sigma=_ENDPOINT_SIGMA_PX, near=True, loss="huber"
+                    T, _of_camera(lines, camera), cameras, endpoint_sigma=_ENDPOINT_SIGMA_PX, near=True, loss=loss
                 )
             )
     except PoseError:

@@ -16,10 +16,11 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.gates import failed_gates
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
+from rvdnav.navigator.seeker import Views, lines_of, see, seek
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.two_fold import decide
 from rvdnav.navigator.windows import predicted_windows
-from rvdnav.pose import PoseError, PredictedPose
+from rvdnav.pose import PoseError, PredictedPose, difference
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.rig import Rig
 from rvdnav.solution import Acquisition, Reason
@@ -31,6 +32,11 @@ Images = tuple[NDArray[np.uint8] | None, ...]
 _DARK_GREY = 1.0
 _SATURATED = 0.5
 _MIN_EDGE_PIXELS = 50
+# Of several poses: those this much less likely than the first are not looked into once one has passed, as a logarithm;
+# coverage by which one is better than another; and how far apart they must be, in standard deviations, to be two.
+_UNLIKELY = 8.0
+_AS_WELL_COVERED = 0.08
+_APART_SIGMAS = 5.0
 UNUSABLE = (Reason.LEFT_UNUSABLE, Reason.RIGHT_UNUSABLE)
 """Of the left and of the right camera."""
 
@@ -92,6 +98,8 @@ class Surveyor:
 
         polarity (cameras, edges): as last published.  earlier_odds: see `two_fold.decide`.
         """
+        if self._model.bracket is None:
+            return self._track_any(images, prediction, polarity, earlier_odds, times)
         windows: list[Any] = [(), ()]
         try:
             for camera, image in enumerate(images):
@@ -108,7 +116,11 @@ class Surveyor:
         return self._refine(frame, images, prediction.T_world_target, polarity, prediction, earlier_odds, times)
 
     def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
-        """The bracket sought in the whole images."""
+        """The bracket sought in the whole images; no other target can be."""
+        if self._model.bracket is None:
+            attempt = self._nothing(see(self._core, images, times), images, Reason.NO_PRIOR)
+            reasons = {UNUSABLE[camera] for camera in attempt.unusable}
+            return attrs.evolve(attempt, reasons=frozenset(reasons)) if reasons else attempt
         frame = self._process(images, [(), ()], times)
         bracket = frame.bracket
         if bracket is None or not bracket.found:
@@ -120,6 +132,32 @@ class Surveyor:
             return Attempt(frozenset(reasons), frame, images)
         unknown = np.zeros((len(self._rig.cameras), len(self._model)), np.int64)
         return self._refine(frame, images, bracket.T_world_target, unknown, prediction, None, times)
+
+    def _track_any(
+        self,
+        images: Images,
+        prediction: PredictedPose,
+        polarity: IntArray,
+        earlier_odds: float | None,
+        times: dict[str, float],
+    ) -> Attempt:
+        """A target of any number of edges, each of which may be one of several lines."""
+        views = see(self._core, images, times)
+        try:
+            found = seek(self._core, views, prediction, self._model, self._cameras, polarity, self._settings, times)
+        except PoseError:
+            return self._nothing(views, images, Reason.DEGENERATE)
+        attempts: list[Attempt] = []
+        for association, frame in found:
+            passed = any(attempt.passed for attempt in attempts)
+            if passed and association.log_likelihood < found[0][0].log_likelihood - _UNLIKELY:
+                break
+            prior = association.T_world_target
+            attempts.append(self._refine(frame, images, prior, polarity, prediction, earlier_odds, times))
+        return likeliest(attempts)
+
+    def _nothing(self, views: Views, images: Images, reason: Reason) -> Attempt:
+        return Attempt(frozenset({reason}), lines_of(views, [], None, len(self._model)), images)
 
     def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
         frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
@@ -154,6 +192,32 @@ class Surveyor:
         gate = (config.range_min, config.range_max)
         reasons = failed_gates(measurement, self._model, frame, self._rig, self._settings, gate)
         return Attempt(reasons, frame, images, measurement)
+
+
+def likeliest(attempts: list[Attempt]) -> Attempt:
+    """Of attempts at the same images from different poses, the likeliest first: the passed one that the images cover
+    most, ambiguous if another pose is covered as well; the first if none passed."""
+    passed = [attempt for attempt in attempts if attempt.passed and attempt.measurement is not None]
+    if not passed:
+        return attempts[0]
+    best, *others = sorted(passed, key=lambda attempt: -_covered(attempt))
+    for other in others:
+        if _covered(best) - _covered(other) < _AS_WELL_COVERED and _apart(best, other):
+            return attrs.evolve(best, reasons=frozenset({Reason.AMBIGUOUS}))
+    return best
+
+
+def _covered(attempt: Attempt) -> float:
+    return 0.0 if attempt.measurement is None else attempt.measurement.total_coverage
+
+
+def _apart(a: Attempt, b: Attempt) -> bool:
+    """Whether two measurements are of different poses."""
+    if a.measurement is None or b.measurement is None:
+        return False
+    error = difference(a.measurement.pose.T_world_target, b.measurement.pose.T_world_target)
+    covariance = a.measurement.pose.covariance + b.measurement.pose.covariance
+    return float(error @ np.linalg.solve(covariance, error)) > _APART_SIGMAS**2
 
 
 def _unusable(view: Any) -> bool:

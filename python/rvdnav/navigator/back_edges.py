@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rvdnav.bracket import Bracket
+from rvdnav.bracket import EDGE_NAMES, Bracket
 from rvdnav.core import Core
+from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.sampling import sample_edges
 from rvdnav.navigator.sides import side_separation
@@ -43,8 +44,9 @@ def back_coverage(
         return np.zeros(wanted.shape)
     depth = np.array([bracket.thickness, 0.0, 0.0])
     edge_points = bracket.edge_points + depth
+    model = EdgeModel(EDGE_NAMES, edge_points, bracket)
     either = np.zeros(wanted.shape, np.int64)
-    sampled = sample_edges(core, rig, images, T_world_target, edge_points, _HALF_WIDTH_PX, either)
+    sampled = sample_edges(core, rig, images, T_world_target, model, _HALF_WIDTH_PX, either)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
     lines = LineMeasurements(fits.camera, fits.edge, edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
     offsets, _ = line_residuals(T_world_target, lines, rectified_cameras(rig))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import attrs
+import numpy as np
 
 from rvdnav.bracket import EDGE_NAMES, Bracket
+from rvdnav.navigator.visibility import Faces, Pieces, whole_edges
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.target import Target
 
@@ -14,12 +16,13 @@ class EdgeModel:
     """A target's straight edges in the capture frame C.
 
     names (m,).  edge_points (m, 2, 3): their ends, m.  bracket: the four-bar bracket whose front edges they are, in the
-    order of `EDGE_NAMES`, or None for any other target.
+    order of `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
     """
 
     names: tuple[str, ...]
     edge_points: FloatArray
     bracket: Bracket | None
+    faces: Faces | None = None
 
     @classmethod
     def of_bracket(cls, bracket: Bracket) -> EdgeModel:
@@ -29,7 +32,27 @@ class EdgeModel:
     def __len__(self) -> int:
         return len(self.names)
 
+    def visible_pieces(self, T_world_target: FloatArray, eye_W: FloatArray) -> Pieces:
+        """What of the edges is seen from eye_W (3,) with the target at T_world_target (4, 4)."""
+        if self.faces is None:
+            return whole_edges(self.edge_points)
+        eye_C = T_world_target[:3, :3].T @ (eye_W - T_world_target[:3, 3])
+        return self.faces.visible_pieces(eye_C, self.edge_points)
 
-def edge_model(target: Target) -> EdgeModel | None:
-    """The edges of a target by which it is navigated: its bracket's, or None where it has none."""
-    return None if target.bracket is None else EdgeModel.of_bracket(target.bracket)
+
+def edge_model(target: Target) -> EdgeModel:
+    """The edges of a target by which it is navigated: the front edges of its bracket, else those of its bars and its
+    other edges, each once."""
+    if target.bracket is not None:
+        model = EdgeModel.of_bracket(target.bracket)
+    else:
+        bar_edges = (ends for bar in target.bars for ends in (bar.outer, bar.inner))
+        # A dictionary keeps the order; an edge is the same from either end.
+        once = {frozenset(ends): ends for ends in (*bar_edges, *target.edges)}.values()
+        names = tuple(f"{a}-{b}" for a, b in once)
+        ends = np.array([[target.points[a], target.points[b]] for a, b in once]).reshape(-1, 2, 3)
+        model = EdgeModel(names, ends, None)
+    if not target.faces:
+        return model
+    polygons = [np.array([target.points[name] for name in face]) for face in target.faces]
+    return attrs.evolve(model, faces=Faces.of(polygons, model.edge_points))

@@ -11,6 +11,7 @@ from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+from rvdnav.pose.loss import Loss
 from rvdnav.rig import Rig
 from rvdnav.solution import Reason
 
@@ -22,6 +23,7 @@ _SHOWN_PART = 0.6
 # Of a bar: two edges in two views.
 _EDGE_IMAGES = 4
 _SHIFT_PX = 0.1
+_MIN_EDGE_IMAGES = 4
 
 
 def failed_gates(
@@ -53,7 +55,9 @@ def failed_gates(
         astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
         if len(errors) >= _MIN_MATCHES and 2 * astray > len(errors):
             reasons.add(Reason.CROSS_VIEW)
-    if views > 1 and view_difference(measurement, rig, settings.calibration_sigma) > settings.view_sigmas:
+    # The surface between a bracket's edges is the bracket itself, while any target's may be printed with lines.
+    loss: Loss = "tukey" if model.bracket is None else "huber"
+    if views > 1 and view_difference(measurement, rig, settings.calibration_sigma, loss) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
     if not range_gate[0] <= distance <= range_gate[1]:
@@ -79,6 +83,8 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
     """Whether the images show enough of the target's edges where the pose puts them."""
     shown = (measurement.coverage >= settings.edge_coverage) | (measurement.back_coverage >= settings.edge_coverage)
     expected = measurement.sampled.attempted >= _MIN_PROFILES
+    if model.bracket is None:
+        return _most_shown(shown, expected) and measurement.total_coverage >= settings.min_coverage
     # At close range parts of the target are beyond the images' borders: a view cannot show more than it holds.
     least = np.minimum(settings.min_edges, np.ceil(_SHOWN_PART * expected.sum(axis=1)))
     seen = measurement.seen
@@ -86,9 +92,17 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
         return False
     if shown.any(axis=0).sum() < min(settings.min_edges, len(model)):
         return False
-    if model.bracket is None:
-        return True
     return _every_bar_shown(shown, expected, settings.acquired_bar_edges if acquired else settings.min_bar_edges)
+
+
+def _most_shown(shown: BoolArray, expected: BoolArray) -> bool:
+    """Whether each view shows most of the edges that it should; shown and expected (cameras, edges).
+
+    Three edges fit any three lines: without a fourth one nothing would contradict a wrong pose.
+    """
+    shown = shown & expected
+    least = np.ceil(_SHOWN_PART * expected.sum(axis=1))
+    return bool((shown.sum(axis=1) >= least).all() and shown.sum() >= _MIN_EDGE_IMAGES)
 
 
 def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:

@@ -10,6 +10,7 @@ from rvdnav.core import Core
 from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.sampling import SampledEdges, sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import (
@@ -19,6 +20,7 @@ from rvdnav.pose import (
     RefinedPose,
     difference,
     fit_edge_lines,
+    perturb,
     refine_pose_edges,
     refine_pose_lines,
 )
@@ -30,6 +32,8 @@ from rvdnav.rig import Rig
 _COARSE_HALF_WIDTH_PX = 3.5
 _HALF_WIDTH_PX = 2.5
 _MAX_ROUNDS = 5
+# Beside prints the rounds can go to and fro between two sets of samples: from this one on, steps are halved.
+_FREE_ROUNDS = 1
 # Weight from which a sample or a line counts as agreeing with the pose.
 _TRUSTED = 0.2
 # How far from the front edge the step may stand where a side face is in sight, as a part of its width in the image; a
@@ -39,8 +43,12 @@ _SIDE_SIGMA = 0.7
 _WHOLE = 0.5
 # Part of an edge's samples that must agree in excess for it to have one polarity.
 _SAME_POLARITY = 0.6
-# An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter.
+# Scatter of an edge's samples about its line from which they don't show it.
+_STRAIGHT_PX = 0.7
+# An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter; prints
+# repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.5
+_PRINTED_SIGMA = 1.5
 
 
 @attrs.frozen(eq=False)
@@ -120,7 +128,7 @@ def measure(
     T = refine_pose_lines(T, lines, cameras).T_world_target
     either = np.zeros_like(polarity)
     settled = False
-    for _ in range(_MAX_ROUNDS):
+    for number in range(_MAX_ROUNDS):
         sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _HALF_WIDTH_PX, either)
         pose = refine_pose_edges(T, lines, cameras)
         change = difference(pose.T_world_target, T)
@@ -128,8 +136,12 @@ def measure(
         settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
         if settled:
             break
+        if model.bracket is None and number >= _FREE_ROUNDS:
+            T = perturb(T, -0.5 * change)
     trusted = np.zeros((len(images), len(model)), np.bool_)
-    trusted[lines.camera, lines.edge] = pose.weights > _TRUSTED
+    # Between prints any straight line agrees with some profiles; an edge's own don't scatter.
+    straight = (fits.rms < _STRAIGHT_PX) | (model.bracket is not None)
+    trusted[lines.camera, lines.edge] = (pose.weights > _TRUSTED) & straight
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
     lacking = front_coverage(sampled, inlier) < _WHOLE
     back = np.zeros(lacking.shape)
@@ -150,12 +162,14 @@ def _measure_lines(
     polarity: IntArray,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
-    sampled = sample_edges(core, rig, images, T_world_target, model.edge_points, half_width, polarity)
+    sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
-    shift_sigma = _UNEVEN_SIGMA * fits.rms
+    shift_sigma = (_PRINTED_SIGMA if model.bracket is None else _UNEVEN_SIGMA) * fits.rms
     if model.bracket is not None:
         separation = side_separation(cameras, T_world_target, model.bracket, fits.camera, fits.edge, fits.theta)
-        shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
-    endpoints = model.edge_points[fits.edge]
+    else:
+        separation = neighbour_separation(cameras, T_world_target, sampled.spans, fits.camera, fits.edge)
+    shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
+    endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)
     return sampled, fits, lines

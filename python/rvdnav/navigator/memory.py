@@ -18,7 +18,8 @@ class Memory:
     frame, last_pose_ns of the last published one.  polarity (cameras, edges): of the edges as last published, see
     `Measurement.polarity`.  image_digests: of each camera's last image, None where there was none.  held_odds: while
     one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
-    calibration_part (6, 6): of the last published covariance, due to the calibration.
+    calibration_part (6, 6): of the last published covariance, due to the calibration.  initial_pose (4, 4): given by
+    the caller and not yet confirmed by a published one, else None.
     """
 
     state: State
@@ -29,6 +30,7 @@ class Memory:
     image_digests: tuple[bytes | None, ...]
     calibration_part: FloatArray
     held_odds: float | None = None
+    initial_pose: FloatArray | None = None
 
     @classmethod
     def blank(cls, cameras: int, edges: int) -> Memory:

@@ -14,6 +14,8 @@ from rvdnav.navigator.attempt import UNUSABLE, Attempt, Images, Surveyor
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.gates import plausible_motion
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
 from rvdnav.navigator.repeats import image_digest, repeats
@@ -28,25 +30,27 @@ from rvdnav.solution import TOTAL, Mode, Reason, Solution, State
 from rvdnav.target import Target
 
 _MISSING = (Reason.LEFT_MISSING, Reason.RIGHT_MISSING)
+_MIN_EDGES = 4
 _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 
 
 class Navigator:
     """Follows a target through frames of two cameras or of one.
 
-    rig: one camera or two.  target: with a four-bar bracket of known dimensions.  Options are the fields of
-    NavigatorSettings and of the core's configuration (rvdnav_config), by name.
+    rig: one camera or two.  target: with straight edges of known dimensions.  initial_pose (4, 4): T_world_target at
+    the first frame, good to about 1 % of the range and 1.5 degrees; only a four-bar bracket is found without it.
+    Options are the fields of NavigatorSettings and of the core's configuration (rvdnav_config), by name.
 
     Every solution is this frame's own measurement or none: a pose is published only if it passed every gate.  A frame
     with one usable image is measured by that alone, from the target's known size.
-    Raises InputError for a target that it cannot work with, TypeError for an unknown option, ValueError for an option
-    out of range.
+    Raises InputError for a target or an initial pose that it cannot work with, TypeError for an unknown option,
+    ValueError for an option out of range.
     """
 
-    def __init__(self, rig: Rig, target: Target, **options: Any) -> None:
+    def __init__(self, rig: Rig, target: Target, *, initial_pose: FloatArray | None = None, **options: Any) -> None:
         model = edge_model(target)
-        if model is None or not target.dimensions_known:
-            raise InputError(f"target {target.name}: navigation needs a four-bar bracket of known dimensions")
+        if len(model) < _MIN_EDGES or not target.dimensions_known:
+            raise InputError(f"target {target.name}: navigation needs {_MIN_EDGES} edges or more of known dimensions")
         names = {field.name for field in attrs.fields(NavigatorSettings)}
         self._settings = NavigatorSettings(**{k: v for k, v in options.items() if k in names})
         self._rig = rig
@@ -55,7 +59,8 @@ class Navigator:
         self._surveyor = Surveyor(core, rig, model, self._settings)
         self._calibration = CalibrationEffect.of(rig) if rig.calibration_covariance is not None else None
         self._filter = ConstantVelocityFilter()
-        self._memory = Memory.blank(len(rig.cameras), len(model))
+        given = None if initial_pose is None else checked_pose(initial_pose, model, rectified_cameras(rig))
+        self._memory = attrs.evolve(Memory.blank(len(rig.cameras), len(model)), initial_pose=given)
 
     @property
     def memory(self) -> Memory:
@@ -75,6 +80,7 @@ class Navigator:
         if last_ns is not None and frame.timestamp_ns <= last_ns:
             return self._without_pose(frame.timestamp_ns, frozenset({Reason.TIME_ORDER}), None, times, start)
         self._remember(last_frame_ns=frame.timestamp_ns)
+        self._take_up_initial_pose(frame.timestamp_ns)
         images, notes = self._take(frame)
         if all(image is None for image in images):
             return self._without_pose(frame.timestamp_ns, notes, None, times, start)
@@ -86,6 +92,13 @@ class Navigator:
 
     def _remember(self, **changes: Any) -> None:
         self._memory = attrs.evolve(self._memory, **changes)
+
+    def _take_up_initial_pose(self, timestamp_ns: int) -> None:
+        """Begin at the first frame as if the given pose had been predicted for it."""
+        T = self._memory.initial_pose
+        if T is not None and not self._filter.initialised:
+            self._filter.update(timestamp_ns, T, pose_covariance(T))
+            self._remember(state=State.COASTING, last_pose_ns=timestamp_ns)
 
     def _take(self, frame: Frame) -> tuple[Images, frozenset[Reason]]:
         """The frame's images, None for those that are missing or were there before, and why."""
@@ -127,9 +140,12 @@ class Navigator:
             tracked = self._surveyor.track(images, prediction, self._memory.polarity, odds, times)
             if tracked is not None:
                 tracked = self._against(prediction, timestamp_ns, tracked)
-                if tracked.passed or Reason.AMBIGUOUS in tracked.reasons or tracked.unusable:
+                decided = tracked.passed or Reason.AMBIGUOUS in tracked.reasons or tracked.unusable
+                if decided or self._model.bracket is None:
                     return tracked
-        following = None if self._memory.held_odds is not None else prediction
+        # What the images have not confirmed yet doesn't speak against what they show elsewhere.
+        unconfirmed = self._memory.held_odds is not None or self._memory.initial_pose is not None
+        following = None if unconfirmed else prediction
         searched = self._surveyor.acquire(images, following, times)
         if following is not None:
             searched = self._against(following, timestamp_ns, searched)
@@ -168,7 +184,13 @@ class Navigator:
             part = self._calibration.pose_covariance(measurement.pose, measurement.lines)
             self._remember(calibration_part=part)
         state = next_state(self._memory.state, measured=True, coast_expired=False)
-        self._remember(state=state, last_pose_ns=timestamp_ns, polarity=measurement.polarity, held_odds=None)
+        self._remember(
+            state=state,
+            last_pose_ns=timestamp_ns,
+            polarity=measurement.polarity,
+            held_odds=None,
+            initial_pose=None,
+        )
         seen = np.flatnonzero(measurement.seen)
         times[TOTAL] = time.perf_counter() - start
         return Solution(
@@ -189,7 +211,7 @@ class Navigator:
         )
 
     def _update_filter(self, timestamp_ns: int, T_world_target: FloatArray, covariance: FloatArray) -> None:
-        if self._prediction(timestamp_ns) is None:
+        if self._prediction(timestamp_ns) is None or self._memory.initial_pose is not None:
             self._filter.reset()
         self._filter.update(timestamp_ns, T_world_target, covariance)
 

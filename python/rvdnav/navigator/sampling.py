@@ -7,13 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import Core
+from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.pose import PoseError
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.rig import Rig
 
 # Corners blend two edges: this much of an edge's ends is not sampled, px.
 _END_MARGIN_PX = 3.0
 _MAX_SAMPLES_PER_EDGE = 80
+# A part of an edge that is shorter than this is not worth a look, px.
+_MIN_PART_PX = 10.0
 
 
 @attrs.frozen(eq=False)
@@ -22,7 +26,8 @@ class SampledEdges:
 
     camera, edge (n,).  q (n, 2): where the step was found, rectified px.  n (n, 2): unit normal, to the same side all
     along an edge.  sigma (n,): px, from the profile's own noise.  polarity (n,): +1 brighter towards the normal, -1
-    darker.  attempted (cameras, edges): profiles on the image.
+    darker.  attempted (cameras, edges): profiles on the image, of what is seen of the edges.  spans (cameras, edges, 2,
+    3): ends of what each camera sees of them, m in C.
     """
 
     camera: IntArray
@@ -32,6 +37,7 @@ class SampledEdges:
     sigma: FloatArray
     polarity: IntArray
     attempted: IntArray
+    spans: FloatArray
 
 
 def sample_edges(
@@ -39,11 +45,11 @@ def sample_edges(
     rig: Rig,
     images: tuple[NDArray[np.uint8] | None, ...],
     T_world_target: FloatArray,
-    edge_points: FloatArray,
+    model: EdgeModel,
     half_width: float,
     polarity: IntArray,
 ) -> SampledEdges:
-    """Profiles across edges (m, 2, 3) of the target, half_width px to both sides of where the pose puts them.
+    """Profiles across what is seen of the target's edges, half_width px to both sides of where the pose puts them.
 
     polarity (cameras, edges): of the steps to be found, +1 brighter towards the normal (-dy, dx) of the edge's
     projection, -1 darker, 0 either.
@@ -52,22 +58,33 @@ def sample_edges(
     the cameras.
     """
     cameras = rectified_cameras(rig)
-    edges = len(edge_points)
-    attempted = np.zeros((len(images), edges), np.int64)
+    attempted = np.zeros((len(images), len(model)), np.int64)
+    spans = np.repeat(model.edge_points[None], len(images), axis=0)
     camera_parts, found_parts = [], []
     for camera, image in enumerate(images):
         if image is None:
             continue
-        xy, _ = project_edges(cameras, camera, T_world_target, edge_points)
+        pieces = model.visible_pieces(T_world_target, cameras.centers[camera])
+        xy, _ = project_edges(cameras, camera, T_world_target, pieces.points)
         span = xy[:, 1] - xy[:, 0]
         length = np.linalg.norm(span, axis=1)
+        if model.faces is not None:
+            long = length >= _MIN_PART_PX
+            pieces, xy, span, length = pieces.only(long), xy[long], span[long], length[long]
+            if not long.any():
+                continue
+        spans[camera] = pieces.spans(model.edge_points)
         margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]
         ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
-        step = max(1.0, float(length.max()) / _MAX_SAMPLES_PER_EDGE)
-        found = core.measure_edges(camera, image, ends.reshape(-1, 4), polarity[camera], half_width, step)
-        attempted[camera] = _profiles_on_image(rig, camera, ends, step)
+        step = max(1.0, float(length.max(initial=0.0)) / _MAX_SAMPLES_PER_EDGE)
+        wanted = polarity[camera, pieces.edge]
+        found = core.measure_edges(camera, image, ends.reshape(-1, 4), wanted, half_width, step)
+        found["edge"] = pieces.edge[found["edge"]]
+        np.add.at(attempted[camera], pieces.edge, _profiles_on_image(rig, camera, ends, step))
         camera_parts.append(np.full(len(found), camera, np.int64))
         found_parts.append(found)
+    if not found_parts:
+        raise PoseError("no edge of the target is in sight")
     found = np.concatenate(found_parts)
     return SampledEdges(
         camera=np.concatenate(camera_parts),
@@ -77,6 +94,7 @@ def sample_edges(
         sigma=found["sigma"].astype(np.float64),
         polarity=found["polarity"].astype(np.int64),
         attempted=attempted,
+        spans=spans,
     )
 
 

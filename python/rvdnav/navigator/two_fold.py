@@ -85,12 +85,14 @@ def decide(
     two apart.  A target whose edges lie in no plane has no such rival.
     """
     T, lines = measurement.pose.T_world_target, measurement.lines
-    if not _is_planar(model.edge_points):
+    # Of a solid only what is seen counts: one face of a box is as flat as a panel.
+    points = model.edge_points if _is_planar(model.edge_points) else lines.endpoints_C
+    if not _is_planar(points):
         return _no_rival(measurement)
     camera = int(lines.camera[0])
     try:
         own = _refined(T, lines, cameras)
-        other = _refined(_mirrored(T, model, cameras.centers[camera]), lines, cameras)
+        other = _refined(_mirrored(T, points, cameras.centers[camera]), lines, cameras)
     except PoseError:
         return _no_rival(measurement)
     apart = difference(other.T_world_target, own.T_world_target)
@@ -135,9 +137,10 @@ def _is_planar(edge_points: FloatArray) -> bool:
     return bool(extents[2] < _FLATNESS * extents[1])
 
 
-def _mirrored(T: FloatArray, model: EdgeModel, eye_W: FloatArray) -> FloatArray:
-    """The pose whose plane is tilted the opposite way about the line of sight from eye_W (3,) to its middle."""
-    points = model.edge_points.reshape(-1, 3)
+def _mirrored(T: FloatArray, edge_points: FloatArray, eye_W: FloatArray) -> FloatArray:
+    """The pose at which the plane of edges (m, 2, 3) is tilted the opposite way about the line of sight from eye_W (3,)
+    to its middle."""
+    points = edge_points.reshape(-1, 3)
     middle_C = points.mean(axis=0)
     normal = T[:3, :3] @ np.linalg.svd(points - middle_C)[2][2]
     middle_W = T[:3, :3] @ middle_C + T[:3, 3]

@@ -1,0 +1,138 @@
+"""Tracking of any straight-edged target by the core's single stages: which poses its prediction and the images allow.
+
+The core's frame call follows the eight edges of a bracket, one line each.  Here the number of edges is free, and each
+may be one of several lines.
+"""
+
+from __future__ import annotations
+
+import time
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from rvdnav.core import LINE, MATCH, Core, FrameResult, ViewResult
+from rvdnav.navigator.association import Association, associate
+from rvdnav.navigator.candidates import EdgeCandidates, edge_candidates
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.pose import PredictedPose, RectifiedCameras
+from rvdnav.pose.arrays import FloatArray, IntArray
+
+_SATURATED_GREY = 250
+_BRACKET_APEXES = 8
+# Poses that are looked into, the likeliest first.
+_MOST_POSES = 4
+
+
+@attrs.frozen(eq=False)
+class View:
+    """One view's edge pixels (EDGEL records), and its light."""
+
+    edgels: NDArray[np.void]
+    mean_grey: float
+    saturated: float
+
+
+Views = tuple[View | None, ...]
+
+
+def see(core: Core, images: tuple[NDArray[np.uint8] | None, ...], times: dict[str, float]) -> Views:
+    """The edge pixels of the images; None where a camera has none."""
+    return tuple(None if image is None else _see(core, camera, image, times) for camera, image in enumerate(images))
+
+
+def _see(core: Core, camera: int, image: NDArray[np.uint8], times: dict[str, float]) -> View:
+    start = time.perf_counter()
+    smoothed = core.smooth(camera, image)
+    start = _lap(times, "smooth", start)
+    bits, direction = core.detect_edges(camera, smoothed)
+    start = _lap(times, "edges", start)
+    bits = core.thin(camera, core.filter_edges(camera, bits))
+    start = _lap(times, "thin", start)
+    edgels = core.rectify_edges(camera, bits, direction)
+    _lap(times, "rectify", start)
+    return View(edgels, float(image.mean()), float((image >= _SATURATED_GREY).mean()))
+
+
+def _lap(times: dict[str, float], stage: str, start: float) -> float:
+    now = time.perf_counter()
+    times[stage] = times.get(stage, 0.0) + now - start
+    return now
+
+
+def seek(
+    core: Core,
+    views: Views,
+    prediction: PredictedPose,
+    model: EdgeModel,
+    cameras: RectifiedCameras,
+    polarity: IntArray,
+    settings: NavigatorSettings,
+    times: dict[str, float],
+) -> list[tuple[Association, FrameResult]]:
+    """The likeliest poses near a prediction, each with the lines that it was made of; the likeliest first.
+
+    polarity (cameras, edges): as last published.  Raises PoseError for a target that is not in front of the cameras.
+    """
+    start = time.perf_counter()
+    candidates: list[EdgeCandidates] = []
+    for camera, view in enumerate(views):
+        if view is not None:
+            candidates += edge_candidates(
+                core, view.edgels, prediction, model, cameras, camera, polarity[camera], settings
+            )
+    associations = associate(prediction, candidates, _MOST_POSES)
+    found = [(association, lines_of(views, candidates, association, len(model))) for association in associations]
+    _lap(times, "hough", start)
+    return found
+
+
+def lines_of(
+    views: Views, candidates: list[EdgeCandidates], association: Association | None, edges: int
+) -> FrameResult:
+    """What the frame call would give for the chosen lines; no lines without an association."""
+    results: list[ViewResult | None] = [None, None]
+    for camera, view in enumerate(views):
+        if view is None:
+            continue
+        lines = np.zeros(edges, LINE)
+        if association is not None:
+            for edge, choice in zip(candidates, association.chosen, strict=True):
+                if edge.camera == camera and choice >= 0:
+                    lines[edge.edge] = _line(edge, int(choice))
+        results[camera] = ViewResult(
+            lines=lines,
+            line_found=lines["found"] != 0,
+            apexes=np.zeros((_BRACKET_APEXES, 2)),
+            apex_found=np.zeros(_BRACKET_APEXES, np.bool_),
+            edge_count=len(view.edgels),
+            peak_count=0,
+            segment_count=0,
+            bar_count=0,
+            mean_grey=view.mean_grey,
+            saturated=view.saturated,
+            limits=frozenset(),
+            stage_ns={},
+        )
+    return FrameResult(
+        views=(results[0], results[1]),
+        bracket=None,
+        apexes_W=np.zeros((_BRACKET_APEXES, 3)),
+        apex_found=np.zeros(_BRACKET_APEXES, np.bool_),
+        matches=np.zeros(0, MATCH),
+        limits=frozenset(),
+        stage_ns={},
+    )
+
+
+def _line(edge: EdgeCandidates, choice: int) -> NDArray[np.void]:
+    line = np.zeros((), LINE)
+    theta = edge.theta[choice]
+    along: FloatArray = edge.xy @ np.array([-np.sin(theta), np.cos(theta)])
+    line["found"] = 1
+    line["votes"] = round(float(edge.support[choice]) * edge.length)
+    line["rho"], line["theta"] = edge.rho[choice], theta
+    line["t_min"], line["t_max"] = along.min(), along.max()
+    return line
