@@ -64,11 +64,13 @@ def frame_target(outer: float = 0.2, inner: float = 0.15) -> Target:
 
 @attrs.frozen
 class Surface:
-    """A face as painted: its corners (v, 3) in C, its grey, and its prints: corners (k, 2) in the face with a grey."""
+    """A face as painted: its corners (v, 3) in C, its grey, its prints: corners (k, 2) in the face with a grey, and the
+    corners of a hole."""
 
     corners: np.ndarray
     grey: float
     prints: tuple[tuple[np.ndarray, float], ...] = ()
+    hole: np.ndarray | None = None
 
 
 def surfaces(target: Target, seed: int = 3) -> list[Surface]:
@@ -79,6 +81,12 @@ def surfaces(target: Target, seed: int = 3) -> list[Surface]:
         Surface(np.array([target.points[name] for name in face]), greys[i % 6], tuple(_print(i, greys[i % 6], rng)))
         for i, face in enumerate(target.faces)
     ]
+
+
+def frame_surfaces(target: Target) -> list[Surface]:
+    """Both sides of `frame_target`."""
+    outer, inner = (np.array([target.points[f"{name}{i}"] for i in range(1, 5)]) for name in "PQ")
+    return [Surface(outer, 150.0, hole=inner), Surface(outer[::-1], 110.0, hole=inner[::-1])]
 
 
 def _print(kind: int, grey: float, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, float]]:
@@ -125,7 +133,8 @@ def _draw(rig: Rig, camera: int, faces: list[Surface], T: np.ndarray, rng: np.ra
         # Lambert's law for a lamp at the camera.
         to_eye = eye_C - face.corners.mean(axis=0)
         shade = 0.35 + 0.65 * float(normal @ to_eye) / float(np.linalg.norm(normal) * np.linalg.norm(to_eye))
-        paint(canvas, shade * face.grey, outline(rig, camera, T, face.corners))
+        hole = None if face.hole is None else outline(rig, camera, T, face.hole)
+        paint(canvas, shade * face.grey, outline(rig, camera, T, face.corners), hole)
         u, v = b - a, face.corners[-1] - a
         for corners, grey in face.prints:
             paint(canvas, shade * grey, outline(rig, camera, T, a + corners @ np.array([u, v])))

@@ -205,3 +205,11 @@ def test_the_program_itself_exits_with_the_code(tmp_path):
     result = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", ["1 0 0 0 0 1", "1 0 0 0 0 0 0.9", "-1 0 0 0 0 0 1"])
+def test_a_bad_initial_pose_is_told_in_one_line(make_sequence, tmp_path, capsys, text):
+    command = ["run", str(make_sequence(1)), "--out", str(tmp_path / "out"), "--initial-pose", text]
+    assert execute(command) == 2
+    assert "initial pose" in stderr_line(capsys)
+    assert not (tmp_path / "out").exists()

@@ -22,7 +22,7 @@ def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float
     """Distance between the pose that the left view's lines give alone and the right one's, in standard deviations.
 
     The refinement over both views gives up lines that contradict the others, and so can follow one view and the
-    disparity into a pose that the other view denies.  Here the lines of a view are by themselves.  calibration_sigma, rad: what
+    disparity into a pose that the other view denies.  Here each view stands by itself.  calibration_sigma, rad: what
     the calibration of a camera may err, of the attitude and of the position as a part of the range.  loss: "huber" lets
     every line count, "tukey" gives up what contradicts the rest of its own view, such as a print taken for an edge.
     0 where a view determines no pose by itself.

@@ -46,9 +46,7 @@ def edge_model(target: Target) -> EdgeModel:
     if target.bracket is not None:
         model = EdgeModel.of_bracket(target.bracket)
     else:
-        bar_edges = (ends for bar in target.bars for ends in (bar.outer, bar.inner))
-        # A dictionary keeps the order; an edge is the same from either end.
-        once = {frozenset(ends): ends for ends in (*bar_edges, *target.edges)}.values()
+        once = _edges_once(target)
         names = tuple(f"{a}-{b}" for a, b in once)
         ends = np.array([[target.points[a], target.points[b]] for a, b in once]).reshape(-1, 2, 3)
         model = EdgeModel(names, ends, None)
@@ -56,3 +54,11 @@ def edge_model(target: Target) -> EdgeModel:
         return model
     polygons = [np.array([target.points[name] for name in face]) for face in target.faces]
     return attrs.evolve(model, faces=Faces.of(polygons, model.edge_points))
+
+
+def _edges_once(target: Target) -> list[tuple[str, str]]:
+    """Names of the ends of the bars' edges and the others; an edge is the same from either end."""
+    once: dict[frozenset[str], tuple[str, str]] = {}
+    for ends in (*(ends for bar in target.bars for ends in (bar.outer, bar.inner)), *target.edges):
+        once.setdefault(frozenset(ends), ends)
+    return list(once.values())
