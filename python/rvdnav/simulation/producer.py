@@ -51,7 +51,7 @@ def simulate(
     mark = fingerprint(scenario, renderer)
     if _is_complete(out, mark):
         return False
-    partial = out.with_name(f"{out.name}.partial")
+    partial = out.absolute().with_name(f"{out.absolute().name}.partial")
     try:
         with _partial_folder(partial, mark):
             for camera in range(len(scenario.rig.cameras)):

@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.pose.so3 import inverse_T
 from rvdnav.simulation.lens import RayTable
 from rvdnav.simulation.lights import irradiance
@@ -18,6 +18,7 @@ from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
 _MAX_DEPTH = 4
 _CLIP_LEVELS = 6.0
 """A single ray counts no more than this many times the reference surface: a rare glint would be a speck of noise."""
+_NO_LIGHT = 1e-12
 _CHUNK_RAYS = 2_000_000
 
 
@@ -56,7 +57,7 @@ class Renderer:
         T_C_cam = inverse_T(self._scenario.T_world_target(frame)) @ self._scenario.rig.T_world_cam[camera]
         rng = np.random.default_rng([self._scenario.seed, 1, frame, camera])
         meter = irradiance(self._scenario.rig, self._scenario.lights, self._scenario.target_middle(frame))
-        reference = BRACKET_REFLECTANCE / np.pi * meter.total
+        reference = max(BRACKET_REFLECTANCE / np.pi * meter.total, _NO_LIGHT)
         table = self._tables[camera]
         height, width = table.shape
         signal, sky = np.empty(table.shape), np.empty(table.shape)
@@ -69,7 +70,7 @@ class Renderer:
             sky[rows] = 1.0 - hit.mean(axis=2)
         return LightImage(signal, sky)
 
-    def _trace(self, scene: Any, rays: FloatArray, T_C_cam: FloatArray, seed: int) -> tuple[FloatArray, FloatArray]:
+    def _trace(self, scene: Any, rays: FloatArray, T_C_cam: FloatArray, seed: int) -> tuple[FloatArray, BoolArray]:
         """Radiance and whether anything was hit, each (...), along rays (..., 3) in the camera frame."""
         mi = self._mi
         shape, samples = rays.shape[:-1], rays.shape[-2]
@@ -91,7 +92,7 @@ class Renderer:
 
     def _trace_one_by_one(
         self, scene: Any, sampler: Any, seed: int, samples: int, directions: FloatArray, origin: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, BoolArray]:
         light, hit = np.empty(len(directions)), np.empty(len(directions), dtype=bool)
         for index, direction in enumerate(directions.tolist()):
             if index % samples == 0:

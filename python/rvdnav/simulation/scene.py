@@ -17,7 +17,6 @@ from rvdnav.simulation.spacecraft import bracket_parts, satellite_parts
 from rvdnav.simulation.textures import Rng, wall
 
 _SUN_DISTANCE_M = 200.0
-_LEAST_SHARE = 0.03
 _WALL_SIZE_M = (9.0, 6.75)
 
 
@@ -47,14 +46,15 @@ class SceneBuilder:
         rig = self._scenario.rig
         scene: dict[str, Any] = {"type": "scene"}
         scene |= {f"target{index}": shape for index, shape in enumerate(self._target)}
-        # A light's chance to be sampled is about its part of the light; the surroundings always get some.
+        # The lamps' chances to be sampled are their parts of the light.  The surroundings are even enough to be left to
+        # the rays that happen to reach them; every sample spent on them would be missing, as noise, on the lamps.
         meter = irradiance(rig, lights, self._scenario.target_middle(frame))
         rotation = make_T(T_C_W[:3, :3], np.zeros(3))
         scene["surroundings"] = {
             "type": "envmap",
             "bitmap": self._surroundings,
             "to_world": self._transform(rotation),
-            "sampling_weight": max(meter.ambient, _LEAST_SHARE * meter.total),
+            "sampling_weight": 0.0 if lights.led + lights.sun > 0.0 else 1.0,
         }
         if lights.led > 0.0:
             radiance = led_radiance(rig, lights)

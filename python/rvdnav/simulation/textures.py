@@ -23,7 +23,7 @@ def smooth_noise(rng: Rng, shape: tuple[int, int], cells: int) -> FloatArray:
 def brushed(rng: Rng, reflectance: float) -> TextureArray:
     """Matte metal with faint strokes and stains."""
     stains = 0.01 * smooth_noise(rng, (512, 512), 24) + 0.01 * smooth_noise(rng, (512, 512), 160)
-    strokes = 0.012 * rng.standard_normal((512, 1))
+    strokes = 0.005 * rng.standard_normal((512, 1))
     return (reflectance * (1.0 + stains + strokes)).astype(np.float32)
 
 
