@@ -74,17 +74,15 @@ class Renderer:
         """Radiance and whether anything was hit, each (...), along rays (..., 3) in the camera frame."""
         mi = self._mi
         shape, samples = rays.shape[:-1], rays.shape[-2]
-        directions = rays.reshape(-1, 3) @ T_C_cam[:3, :3].T
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        directions = T_C_cam[:3, :3] @ rays.reshape(-1, 3).T
+        directions /= np.sqrt(np.einsum("ij,ij->j", directions, directions))
         sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
         if mi.variant().startswith("scalar"):
-            light, hit = self._trace_one_by_one(scene, sampler, seed, samples, directions, T_C_cam[:3, 3])
+            light, hit = self._trace_one_by_one(scene, sampler, seed, samples, directions.T, T_C_cam[:3, 3])
         else:
             sampler.set_samples_per_wavefront(samples)
-            sampler.seed(seed, len(directions))
-            bundle = mi.Ray3f(
-                mi.Point3f(T_C_cam[:3, 3].tolist()), mi.Vector3f(np.ascontiguousarray(directions.T, dtype=np.float32))
-            )
+            sampler.seed(seed, directions.shape[1])
+            bundle = mi.Ray3f(mi.Point3f(T_C_cam[:3, 3].tolist()), mi.Vector3f(directions.astype(np.float32)))
             radiance, _, _ = self._integrator.sample(scene, sampler, bundle)
             light = np.array(radiance, dtype=np.float64).ravel()
             hit = np.array(scene.ray_test(bundle))
