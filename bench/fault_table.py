@@ -9,13 +9,12 @@ frames, the others in a stretch in the middle.
 from __future__ import annotations
 
 import sys
-from collections import Counter
 
 import attrs
 import numpy as np
-from rvdnav import Navigator, Sequence, Solution, open_sequence
+from rvdnav import Navigator, Sequence, open_sequence
 from rvdnav.evaluation import Evaluation, evaluate
-from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence
+from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence, Response
 
 SIGMAS = 5.0
 HEADINGS = (
@@ -36,41 +35,14 @@ class Outcome:
     """What became of one fault on one sequence; frames without a true pose are not judged."""
 
     fault: Fault
-    struck: list[Solution]
-    """In the order of arrival; those of dropped frames do not exist."""
-    after: list[Solution]
+    response: Response
     evaluation: Evaluation
-
-    @property
-    def refused(self) -> int:
-        """Struck frames without a pose."""
-        return sum(not solution.published for solution in self.struck)
-
-    @property
-    def reasons(self) -> str:
-        """Those of the refused frames, the commonest first."""
-        counts = Counter(reason.name for solution in self.struck for reason in solution.reasons)
-        return ", ".join(name for name, _ in counts.most_common(3)) or "–"
-
-    @property
-    def alarm(self) -> str:
-        """Frames from the first struck one to the first refused one."""
-        return _position([not solution.published for solution in self.struck])
-
-    @property
-    def again(self) -> str:
-        """Frames after the last struck one until a pose is published."""
-        return _position([solution.published for solution in self.after])
 
     @property
     def beyond(self) -> int:
         """Published frames with a component beyond SIGMAS standard deviations."""
         result = self.evaluation
         return int(np.count_nonzero((np.abs(result.components) > SIGMAS * result.sigmas).any(axis=1)))
-
-
-def _position(flags: list[bool]) -> str:
-    return str(flags.index(True)) if True in flags else "–"
 
 
 def strike(sequence: Sequence, name: str) -> Outcome:
@@ -82,26 +54,22 @@ def strike(sequence: Sequence, name: str) -> Outcome:
     navigator = Navigator(faulty.rig, faulty.target)
     solutions = [navigator.process(frame) for frame in faulty]
     assert sequence.truth is not None
-    struck_ns = {frame.timestamp_ns for index, frame in enumerate(sequence) if fault.strikes(index)}
-    struck = [solution for solution in solutions if solution.timestamp_ns in struck_ns]
-    last = max(struck_ns)
-    after = [solution for solution in solutions if solution.timestamp_ns > last]
-    return Outcome(fault, struck, after, evaluate(solutions, sequence.truth))
+    return Outcome(fault, faulty.response(fault, solutions), evaluate(solutions, sequence.truth))
 
 
 def row(name: str, outcome: Outcome) -> tuple[str, ...]:
     """The outcome as the cells of the table."""
-    result = outcome.evaluation
+    result, response = outcome.evaluation, outcome.response
     largest = "–"
     if result.published:
         largest = f"{1e3 * result.position_m.max():.2f} / {np.degrees(result.attitude_rad.max()):.2f}"
     return (
         outcome.fault.name,
         name,
-        f"{outcome.refused} of {len(outcome.struck)}",
-        outcome.reasons,
-        outcome.alarm,
-        outcome.again,
+        f"{response.refused} of {len(response.struck)}",
+        ", ".join(response.reasons[:3]) or "–",
+        "–" if response.alarm is None else str(response.alarm),
+        "–" if response.again is None else str(response.again),
         str(int(result.wrong.sum())),
         f"{outcome.beyond} of {result.published}",
         largest,

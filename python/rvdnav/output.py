@@ -23,7 +23,7 @@ SOLUTIONS = "solutions.jsonl"
 
 @contextmanager
 def staged_directory(directory: Path) -> Iterator[Path]:
-    """Give a temporary folder whose files are moved into ``directory`` when the block ends well.
+    """Give a temporary folder whose files and folders are moved into ``directory`` when the block ends well.
 
     After an exception or an interrupt the folder is gone and ``directory`` is as it was.  It lies on the same file
     system, so that each move is atomic.  Raises InputError when ``directory`` cannot be written.
@@ -49,7 +49,10 @@ def staged_directory(directory: Path) -> Iterator[Path]:
 def _publish(staging: Path, directory: Path) -> None:
     directory.mkdir(parents=True, exist_ok=True)
     for file in sorted(staging.iterdir()):
-        os.replace(file, directory / file.name)
+        destination = directory / file.name
+        if file.is_dir() and destination.is_dir():  # only an empty folder would make way
+            os.replace(destination, staging / f".old-{file.name}")
+        os.replace(file, destination)
 
 
 def write_solutions(folder: Path, solutions: Iterable[Solution]) -> None:

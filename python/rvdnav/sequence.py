@@ -55,6 +55,11 @@ class Sequence:
         """What a user should know, each thing once: images missing, damaged, unpaired or converted, so far."""
         return list(self._notices)
 
+    @property
+    def timestamps_ns(self) -> tuple[int, ...]:
+        """Of every frame, without reading any."""
+        return tuple(moment.timestamp_ns for moment in self._moments)
+
     def __len__(self) -> int:
         return len(self._moments)
 

@@ -78,6 +78,8 @@ FRAMES = 8
 class Scripted:
     """A navigator that gives the made-up run of 8 frames, so that what calls it is tested alone."""
 
+    memory = None
+
     def __init__(self, rig, target):
         self.run = None
 

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 import pytest
 import rvdnav.cli.run
+from drawn_scene import EXAMPLE
+from rvdnav.blackbox.digests import write_digests
 from rvdnav.cli.app import execute
 from rvdnav.sequence import open_sequence, write_tum
 from rvdnav.solution import Reason, Solution, State
@@ -98,6 +100,45 @@ def test_faults_change_what_the_navigator_is_given(sequence, tmp_path, monkeypat
     assert {stamps.index(stamp) for stamp, brightest in given if brightest == 0} == {3, 4, 6}
 
 
+def test_what_became_of_the_faults_is_told(sequence, tmp_path, capsys):
+    faults = ["--fault", "black:4-6", "--fault", "noise_x4:1"]
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out"), *faults]) == 0
+    rows = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if line.count("│") == 6]
+    assert [[cell.strip() for cell in row] for row in rows] == [
+        ["black", "3", "1", "1 frame", "-"],  # the made-up run refuses frame 5
+        ["noise_x4", "1", "0", "-", "-"],
+    ]
+
+
+def test_a_lost_target_leaves_a_black_box_that_replays(tmp_path, capsys):
+    out = tmp_path / "out"
+    approach = str(EXAMPLE)
+    assert execute(["run", approach, "--out", str(out), "--fault", "late:1", "--fault", "black:3-13"]) == 0
+    (box,) = (out / "blackbox").iterdir()
+    told = capsys.readouterr().out
+    assert f"rvdnav replay {box}" in told
+    assert f'<a href="blackbox/{box.name}/">' in (out / "report.html").read_text()
+    assert execute(["replay", str(box)]) == 0
+    assert capsys.readouterr().out == "12 frames replayed, identical\n"  # last seen at 0.5 s, lost after 2 s more
+
+    lines = (box / "solutions.jsonl").read_text().splitlines()
+    lines[3] = lines[3].replace("COASTING", "SEARCHING")
+    (box / "solutions.jsonl").write_text("\n".join([*lines, ""]))
+    assert execute(["replay", str(box)]) == 2
+    assert "solutions.jsonl: is not as it was recorded" in stderr_line(capsys)
+    write_digests(box)
+    assert execute(["replay", str(box)]) == 1
+    assert "frame 3 at" in (text := capsys.readouterr().out)
+    assert 'differs in state:\n  recorded "SEARCHING"\n  replayed "COASTING"\n' in text
+
+
+def test_black_boxes_of_an_earlier_run_are_gone(sequence, tmp_path):
+    old = tmp_path / "out" / "blackbox" / "1"
+    old.mkdir(parents=True)
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 0
+    assert not old.parent.exists()
+
+
 def test_every_frame_dropped_is_bad_input(sequence, tmp_path, capsys):
     assert execute(["run", str(sequence), "--out", str(tmp_path / "out"), "--fault", "dropped:all"]) == 2
     assert "holds no frames" in stderr_line(capsys)
@@ -137,6 +178,7 @@ def test_oddities_of_the_sequence_are_told_once(sequence, tmp_path, capsys):
         (["run", "{sequence}", "--out", "{tmp}/file"], "{tmp}/file: not a folder"),
         (["evaluate", "{sequence}", "{tmp}"], "groundtruth.tum"),
         (["bench", "{tmp}/nowhere"], "{tmp}/nowhere"),
+        (["replay", "{tmp}/nowhere"], "nowhere/memory.json: no such file"),
         (["run", "{sequence}"], "--out"),
         (["run", "{sequence}", "--out", "x", "--fast"], "--fast"),
         (["run", "--out", "x"], "SEQUENCE"),
@@ -197,7 +239,7 @@ def test_version_and_help(capsys):
     assert capsys.readouterr().out == f"rvdnav {rvdnav.__version__}\n"
     assert execute(["--help"]) == 0
     text = capsys.readouterr().out
-    assert all(command in text for command in ("run", "evaluate", "reconstruct", "bench"))
+    assert all(command in text for command in ("run", "evaluate", "reconstruct", "replay", "bench"))
 
 
 def test_the_program_itself_exits_with_the_code(tmp_path):

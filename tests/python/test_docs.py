@@ -54,6 +54,7 @@ DOCUMENTS = [
     "CONTRIBUTING.md",
     "docs/algorithm.md",
     "docs/conventions.md",
+    "docs/blackbox.md",
     "docs/faults.md",
     "docs/simulation.md",
     "docs/reconstruction.md",

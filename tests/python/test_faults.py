@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from conftest import START_NS, STEP_NS
 from rvdnav import Frame, InputError, Navigator, open_sequence
-from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence, parse_fault
+from rvdnav.evaluation import evaluate
+from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence, Response, parse_fault
 from rvdnav.faults.pixels import noise_sigma
 from rvdnav.faults.region import target_region
 from rvdnav.sequence import Sequence as Recorded
 from rvdnav.sequence import write_tum
 from rvdnav.solution import Mode, Reason
 from scipy.spatial.transform import Rotation
+from solutions import a_run, transform, true_poses
 
 FRAMES = 6
 
@@ -291,6 +293,28 @@ def test_frames_beyond_the_last(recorded: Recorded) -> None:
     with pytest.raises(InputError, match=f"black: there is no frame {FRAMES}"):
         FaultySequence(recorded, [parse_fault(f"black:2,{FRAMES}")])
     assert len(FaultySequence(recorded, [parse_fault(f"black:{FRAMES - 1}")])) == FRAMES
+
+
+def test_the_response_to_a_fault(recorded: Recorded) -> None:
+    faulty = FaultySequence(recorded, [parse_fault("late:2,4")])
+    assert faulty.timestamps_ns == tuple(frame.timestamp_ns for frame in faulty)
+    run = a_run(faulty.timestamps_ns)  # refuses the first and the sixth frame that arrive
+    late, early = (faulty.response(parse_fault(text), run) for text in ("late:2,4", "black:0-3,5"))
+    assert [s.timestamp_ns for s in late.struck] == [START_NS + i * STEP_NS for i in (2, 4)]
+    assert (late.refused, late.alarm, late.again, late.reasons) == (1, 1, 0, ("LEFT_UNUSABLE", "TOO_FEW_LINES"))
+    assert [s.timestamp_ns for s in early.struck] == [START_NS + i * STEP_NS for i in (0, 1, 3, 2, 5)]
+    assert (early.refused, early.alarm, early.again) == (1, 0, None)
+    dropped = faulty.response(parse_fault("dropped:all"), [])
+    assert (dropped.struck, dropped.refused, dropped.alarm, dropped.again) == ((), 0, None, None)
+
+
+def test_wrong_poses_are_those_of_the_struck_frames() -> None:
+    stamps = [START_NS + i * STEP_NS for i in range(8)]
+    run, truth = a_run(stamps), true_poses(stamps)
+    for index in (2, 3):
+        truth[stamps[index]] = truth[stamps[index]] @ transform([0.03, 0.0, 0.0])
+    evaluation = evaluate(run, truth)
+    assert [Response.of(stamps[i:j], run).wrong(evaluation) for i, j in ((0, 8), (3, 6), (4, 8))] == [2, 1, 0]
 
 
 def test_the_navigator_holds_through_faults_of_the_delivery(noisy: Recorded) -> None:

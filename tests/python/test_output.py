@@ -41,6 +41,13 @@ def test_nothing_is_left_after_a_failure(tmp_path, fault):
     assert (tmp_path / "old" / "a.txt").read_text() == "old"
 
 
+def test_a_folder_takes_the_place_of_the_older_one(tmp_path):
+    for name in ("old", "new"):
+        with staged_directory(tmp_path / "out") as staging:
+            (staging / "boxes" / name).mkdir(parents=True)
+    assert tree(tmp_path) == ["out", "out/boxes", "out/boxes/new"]
+
+
 def test_a_file_in_the_way_is_named(tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(InputError, match=r"out: not a folder"), staged_directory(tmp_path / "out" / "run"):

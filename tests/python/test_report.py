@@ -10,10 +10,11 @@ import pytest
 from rvdnav.evaluation import evaluate
 from rvdnav.report import draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.report.health import stage_figure, timeline_figure
+from rvdnav.report.lost import lost_table
 from rvdnav.report.motion import error_figure, pose_figure
 from rvdnav.rig import load_rig
 from rvdnav.sequence import Frame, Image, open_sequence
-from rvdnav.solution import Mode, Solution, State
+from rvdnav.solution import Mode, Reason, Solution, State
 from rvdnav.target import load_target
 from solutions import SIGMAS, a_run, transform, true_poses
 
@@ -98,6 +99,25 @@ def test_the_page_works_without_truth_and_without_any_pose(tmp_path):
     assert "Errors by range" not in body
     lost = [Solution(timestamp_ns=START, state=State.LOST)]
     assert "0.0 %" in without_library(write(tmp_path / "b.html", lost))
+
+
+def test_lost_targets_are_listed_with_their_black_boxes(tmp_path):
+    run = a_run(TIMES)
+    refused = {"state": State.COASTING, "reasons": {Reason.LEFT_UNUSABLE}}
+    run[6] = Solution(timestamp_ns=TIMES[6], predicted_T_world_target=np.eye(4), **refused)
+    run[7] = Solution(timestamp_ns=TIMES[7], state=State.LOST, reasons={Reason.NO_TARGET})
+    body = lost_table(run, {TIMES[7]: "blackbox/7"})
+    assert re.findall("<td>(.*?)</td>", body) == [
+        "0.875 s",
+        "0.375 s",
+        "3",
+        "LEFT_UNUSABLE, NO_TARGET, TOO_FEW_LINES",
+        '<a href="blackbox/7/">blackbox/7</a>',
+    ]
+    assert "<td>–</td>" in lost_table(run, {})
+    assert lost_table(run[:7], {}) == ""
+    write_report(tmp_path / "a.html", "x", run, truth=None, evaluation=None, black_boxes={TIMES[7]: "blackbox/7"})
+    assert body in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
 def test_two_runs_give_the_same_page(tmp_path):

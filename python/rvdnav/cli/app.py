@@ -17,6 +17,7 @@ from rvdnav.cli.bench import bench
 from rvdnav.cli.calibrate import calibrate_folder
 from rvdnav.cli.evaluate import evaluate
 from rvdnav.cli.reconstruct import reconstruct_frame
+from rvdnav.cli.replay import replay_folder
 from rvdnav.cli.run import run
 from rvdnav.cli.simulate import render
 from rvdnav.errors import InputError
@@ -80,7 +81,9 @@ def _run(
         typer.Option(metavar="POSE", help='T_world_target at the first frame: "tx ty tz qx qy qz qw", m.'),
     ] = None,
 ) -> int:
-    """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR."""
+    """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR.
+
+    Whenever the target is lost, the frames that led to it are kept in DIR/blackbox for the replay command."""
     return run(sequence, out, fault or [], initial_pose)
 
 
@@ -110,6 +113,14 @@ def _reconstruct(
 ) -> int:
     """Reconstruct the visible surface of one frame: a point cloud FILE.ply with a sigma a point, and FILE.html."""
     return reconstruct_frame(sequence, frame, out)
+
+
+@app.command("replay")
+def _replay(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Black box that a run wrote, DIR/blackbox/...")],
+) -> int:
+    """Go through a black box again and compare every solution to the last bit; exit code 1 if one differs."""
+    return replay_folder(folder)
 
 
 @app.command("bench")

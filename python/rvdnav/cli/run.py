@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from rvdnav import Navigator, open_sequence
-from rvdnav.cli.tables import console, print_summary
+from rvdnav.blackbox import Recorder
+from rvdnav.cli.tables import console, print_responses, print_summary
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
@@ -20,7 +22,10 @@ from rvdnav.navigator import parse_pose
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
-from rvdnav.solution import Solution
+from rvdnav.solution import Solution, State
+
+BLACK_BOXES = "blackbox"
+"""Folder of the black boxes in the results."""
 
 
 def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None) -> int:
@@ -32,13 +37,16 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
     """
     options = {} if initial_pose is None else {"initial_pose": parse_pose(initial_pose)}
     injected = [parse_fault(fault) for fault in faults]
-    sequence = open_sequence(path)
-    if injected:
-        sequence = FaultySequence(sequence, injected)
+    sequence = FaultySequence(open_sequence(path), injected)
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
-        solutions = _process(sequence, options)
+        solutions = _process(sequence, options, staging / BLACK_BOXES)
+        black_boxes = {
+            solution.timestamp_ns: f"{BLACK_BOXES}/{solution.timestamp_ns}"
+            for solution in solutions
+            if solution.state is State.LOST
+        }
         write_solutions(staging, solutions)
         evaluation = _evaluation(sequence, solutions)
         write_report(
@@ -48,19 +56,28 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             truth=sequence.truth,
             evaluation=evaluation,
             pictures=_pictures(sequence, solutions),
+            black_boxes=black_boxes,
         )
+    if not black_boxes:  # those of an earlier run into the same folder
+        shutil.rmtree(out / BLACK_BOXES, ignore_errors=True)
     print_summary(solutions, evaluation)
+    if injected:
+        print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)
+    for timestamp_ns, folder in black_boxes.items():
+        seconds = (timestamp_ns - solutions[0].timestamp_ns) * 1e-9
+        console.print(f"target lost at {seconds:.3f} s: rvdnav replay {out / folder}", soft_wrap=True)
     console.print(f"report: {out / 'report.html'}", soft_wrap=True)
     return 0 if any(solution.published for solution in solutions) else 1
 
 
-def _process(sequence: Sequence, options: dict[str, Any]) -> list[Solution]:
+def _process(sequence: Sequence, options: dict[str, Any], black_boxes: Path) -> list[Solution]:
     navigator = Navigator(sequence.rig, sequence.target, **options)
+    recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=black_boxes)
     solutions: list[Solution] = []
     told: set[str] = set()
     errors = Console(stderr=True, highlight=False, markup=False)
     for frame in _watched(sequence, errors):
-        solutions.append(navigator.process(frame))
+        solutions.append(recorder.process(frame))
         for notice in sequence.notices:
             if notice not in told:
                 errors.print(f"rvdnav: note: {notice}", soft_wrap=True)

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
+from rvdnav.faults import Fault, Response
 from rvdnav.reconstruction import Cloud
 from rvdnav.solution import Solution, State
 from rvdnav.summary import median_frame_time, median_sigmas
@@ -56,6 +57,19 @@ def print_cloud(cloud: Cloud) -> None:
         table.add_row("depth, 5 / 50 / 95 %", f"{near:.3f} / {middle:.3f} / {far:.3f} m")
         half, most = np.percentile(cloud.sigma * 1e3, [50, 95])
         table.add_row("sigma, median / 95 %", f"{half:.2f} / {most:.2f} mm")
+    console.print(table)
+
+
+def print_responses(responses: Sequence[tuple[Fault, Response]], evaluation: Evaluation | None) -> None:
+    """What became of the injected faults, a row each."""
+    table = Table(title="Faults", title_justify="left")
+    table.add_column("fault")
+    for heading in ("struck frames", "refused", "alarm after", "published wrong"):
+        table.add_column(heading, justify="right")
+    for fault, response in responses:
+        alarm = "-" if response.alarm is None else f"{response.alarm} frame{'' if response.alarm == 1 else 's'}"
+        wrong = "-" if evaluation is None else str(response.wrong(evaluation))
+        table.add_row(fault.name, str(len(response.struck)), str(response.refused), alarm, wrong)
     console.print(table)
 
 

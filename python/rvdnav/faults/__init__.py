@@ -3,5 +3,6 @@
 from rvdnav.faults.catalog import FAULT_NAMES
 from rvdnav.faults.fault import Fault, parse_fault
 from rvdnav.faults.faulty_sequence import FaultySequence
+from rvdnav.faults.response import Response
 
-__all__ = ["FAULT_NAMES", "Fault", "FaultySequence", "parse_fault"]
+__all__ = ["FAULT_NAMES", "Fault", "FaultySequence", "Response", "parse_fault"]

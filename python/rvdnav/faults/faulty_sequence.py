@@ -12,8 +12,10 @@ from rvdnav.faults.catalog import CALIBRATION_FAULTS, DELIVERY_FAULTS, PIXEL_FAU
 from rvdnav.faults.delivery import LEFT, RIGHT, Source, as_recorded
 from rvdnav.faults.fault import Fault
 from rvdnav.faults.region import target_region
+from rvdnav.faults.response import Response
 from rvdnav.images import Image
 from rvdnav.sequence import Frame, Sequence
+from rvdnav.solution import Solution
 
 
 class FaultySequence(Sequence):
@@ -46,6 +48,17 @@ class FaultySequence(Sequence):
     def notices(self) -> list[str]:
         """Those of the recorded sequence."""
         return self._recorded.notices
+
+    @property
+    def timestamps_ns(self) -> tuple[int, ...]:
+        """Of every frame, in the order of arrival."""
+        recorded = self._recorded.timestamps_ns
+        return tuple(recorded[delivery.index] for delivery in self._deliveries)
+
+    def response(self, fault: Fault, solutions: Iterable[Solution]) -> Response:
+        """What became of one of the faults in a run over this sequence; solutions in the order of arrival."""
+        recorded = self._recorded.timestamps_ns
+        return Response.of([ns for index, ns in enumerate(recorded) if fault.strikes(index)], solutions)
 
     def __len__(self) -> int:
         return len(self._deliveries)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -13,6 +13,7 @@ from plotly.offline import get_plotlyjs
 
 from rvdnav.evaluation import Evaluation, TruePoses
 from rvdnav.report.health import stage_figure, timeline_figure
+from rvdnav.report.lost import lost_table
 from rvdnav.report.motion import error_figure, pose_figure
 from rvdnav.report.strip import Picture
 from rvdnav.report.tables import headline_tiles, picture_caption, range_table
@@ -27,9 +28,11 @@ def write_report(
     truth: TruePoses | None,
     evaluation: Evaluation | None,
     pictures: Sequence[Picture] = (),
+    black_boxes: Mapping[int, str] | None = None,
 ) -> None:
     """Write the report of a run over the sequence called ``name``; ``solutions`` holds at least one frame.
 
+    black_boxes: timestamp, ns, of a frame that lost the target -> its black box's folder, relative to the page.
     Two runs of the same input give the same page apart from the wall times in it.
     """
     errors_title = "Errors and 3σ band" if evaluation is not None else "Uncertainty (3σ)"
@@ -38,6 +41,9 @@ def write_report(
         section(errors_title, figure_html(error_figure(solutions, evaluation), "errors")),
         section("State", figure_html(timeline_figure(solutions), "timeline")),
     ]
+    lost = lost_table(solutions, black_boxes or {})
+    if lost:
+        sections.append(section("Target lost", lost))
     if evaluation is not None:
         sections.insert(0, section("Errors by range", range_table(evaluation)))
     if any(solution.stage_times for solution in solutions):
