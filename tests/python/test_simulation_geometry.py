@@ -12,6 +12,7 @@ from rvdnav.rig import Rig
 from rvdnav.simulation import Background, Course, Lights, Motion, Scenario, box_target, bracket_target, scene
 from rvdnav.simulation.lens import RayTable
 from rvdnav.simulation.mesh import Material, Part, polygon
+from rvdnav.simulation.patterns import PixelPatterns
 from rvdnav.simulation.render import Renderer
 from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
 from rvdnav.simulation.variant import load_mitsuba, usable_variant
@@ -42,6 +43,20 @@ def test_rays_inside_the_pixels_are_the_camera_models():
         expected = np.stack([u[..., None] + du, v[..., None] + dv], axis=-1)
         seen = cv2.projectPoints(rays.reshape(-1, 3), np.zeros(3), np.zeros(3), LEFT.K, LEFT.distortion)[0]
         np.testing.assert_allclose(seen.reshape(expected.shape), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 9, 16, 37])
+def test_rays_are_spread_over_cells_rows_and_columns(samples):
+    rng = np.random.default_rng(2)
+    u, v = (0.5 + offset for offset in PixelPatterns(samples, rng).draw((7, 5), rng))
+    assert u.shape == v.shape == (7, 5, samples)
+    assert 0.0 <= min(u.min(), v.min()) <= max(u.max(), v.max()) < 1.0
+    side = int(samples**0.5)
+    u, v = u[..., : side * side], v[..., : side * side]
+    cells = np.floor(side * u) * side + np.floor(side * v)
+    for strata in (cells, np.floor(side * side * u), np.floor(side * side * v)):
+        np.testing.assert_array_equal(np.sort(strata, axis=2), np.broadcast_to(np.arange(side * side), strata.shape))
+    assert samples == 1 or len(np.unique(u[..., 0])) > 30  # every pixel has its own
 
 
 def edge_pixels(camera: int, ends: tuple[str, str], made: Scenario, depth: float = 0.0) -> np.ndarray:

@@ -11,6 +11,7 @@ from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.pose.so3 import inverse_T
 from rvdnav.simulation.lens import RayTable
 from rvdnav.simulation.lights import irradiance
+from rvdnav.simulation.patterns import PixelPatterns
 from rvdnav.simulation.scenario import Scenario
 from rvdnav.simulation.scene import SceneBuilder
 from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
@@ -58,13 +59,14 @@ class Renderer:
         rng = np.random.default_rng([self._scenario.seed, 1, frame, camera])
         meter = irradiance(self._scenario.rig, self._scenario.lights, self._scenario.target_middle(frame))
         reference = max(BRACKET_REFLECTANCE / np.pi * meter.total, _NO_LIGHT)
+        patterns = PixelPatterns(self._scenario.samples, rng)
         table = self._tables[camera]
         height, width = table.shape
         signal, sky = np.empty(table.shape), np.empty(table.shape)
         band = max(1, _CHUNK_RAYS // (width * self._scenario.samples))
         for first in range(0, height, band):
             rows = slice(first, min(first + band, height))
-            rays = table.rays(rows, *_places((rows.stop - first, width, self._scenario.samples), rng))
+            rays = table.rays(rows, *patterns.draw((rows.stop - first, width), rng))
             light, hit = self._trace(scene, rays, T_C_cam, int(rng.integers(2**31)))
             signal[rows] = np.minimum(light / reference, _CLIP_LEVELS).mean(axis=2)
             sky[rows] = 1.0 - hit.mean(axis=2)
@@ -100,19 +102,3 @@ class Renderer:
             hit[index] = scene.ray_test(ray)
             sampler.advance()
         return light, hit
-
-
-def _places(shape: tuple[int, int, int], rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Where in its pixel each ray of (h, w, samples) goes: du and dv of that shape, px in [-0.5, 0.5].
-
-    The largest square number of rays is spread over a regular grid of squares, at random in each, the rest over the
-    whole pixel.
-    """
-    samples = shape[2]
-    side = int(samples**0.5)
-    middles = (np.arange(side) + 0.5) / side - 0.5
-    middle, size = np.zeros((2, samples)), np.ones(samples)
-    middle[0, : side * side], middle[1, : side * side] = np.tile(middles, side), np.repeat(middles, side)
-    size[: side * side] = 1.0 / side
-    jitter = rng.random((2, *shape)) - 0.5
-    return middle[0] + size * jitter[0], middle[1] + size * jitter[1]
