@@ -150,6 +150,21 @@ def _calibrate(
     return calibrate_folder(folder, board, square, out, marker=marker, dictionary=dictionary, baseline=baseline)
 
 
+@app.command("experiment")
+def _experiment(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the experiment: paper.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the report.")],
+    run: Annotated[
+        Path | None,
+        typer.Option("--run", metavar="PATH", help="Sequence with truth, or scenario; examples/scenarios/paper.yaml."),
+    ] = None,
+) -> int:
+    """Repeat the paper's experiment: its figures 9 to 14 and its claims about edges, in DIR/experiment.html."""
+    from rvdnav.cli.experiment import experiment  # loads what the other commands do without
+
+    return experiment(name, run, out)
+
+
 @app.command("campaign")
 def _campaign(
     plan: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="What to run: sequences, scenarios, seeds, faults.")],

@@ -1,0 +1,36 @@
+"""``rvdnav experiment paper``: the paper's run, its figures and its claims in one report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rvdnav.cli.simulate import render
+from rvdnav.cli.tables import console
+from rvdnav.errors import InputError
+from rvdnav.experiment import REPORT, navigate, write_paper_report
+from rvdnav.output import staged_directory
+from rvdnav.sequence import open_sequence
+
+PAPER_SCENARIO = Path("examples") / "scenarios" / "paper.yaml"
+_SEQUENCE = "sequence"
+
+
+def experiment(name: str, run: Path | None, out: Path) -> int:
+    """Repeat the paper's experiment on a sequence with truth or on a scenario, rendered into ``out``.
+
+    Returns 0 if any pose was published, else 1.  Raises InputError.
+    """
+    if name != "paper":
+        raise InputError(f"experiment {name!r}: there is only 'paper'")
+    place = PAPER_SCENARIO if run is None else run
+    if not place.exists():
+        raise InputError(f"{place}: no such sequence or scenario")
+    if place.is_file():
+        out.mkdir(parents=True, exist_ok=True)
+        render(place, out / _SEQUENCE)
+        place = out / _SEQUENCE
+    navigated = navigate(open_sequence(place))
+    with staged_directory(out) as staging:
+        write_paper_report(staging / REPORT, navigated)
+    console.print(f"report: {out / REPORT}", soft_wrap=True)
+    return 0 if navigated.evaluation.published else 1
