@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from rvdnav import __version__
 from rvdnav.cli.bench import bench
+from rvdnav.cli.budget import assume, budget
 from rvdnav.cli.calibrate import calibrate_folder
 from rvdnav.cli.evaluate import evaluate
 from rvdnav.cli.reconstruct import reconstruct_frame
@@ -121,6 +122,40 @@ def _replay(
 ) -> int:
     """Go through a black box again and compare every solution to the last bit; exit code 1 if one differs."""
     return replay_folder(folder)
+
+
+@app.command("budget")
+def _budget(
+    path: Annotated[
+        Path,
+        typer.Argument(metavar="PATH", help="Sequence folder, or the camchain.yaml or rig.yaml beside target.yaml."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for budget.html.")],
+    target: Annotated[Path | None, typer.Option(metavar="FILE", help="Target file, where it lies elsewhere.")] = None,
+    ranges: Annotated[str, typer.Option(metavar="M,M,...", help="Ranges, m.")] = "0.3,0.5,0.8,1.1,1.5",
+    angles: Annotated[str, typer.Option(metavar="DEG,...", help="Viewing angles, degrees.")] = "0,15,30,45,60",
+    at: Annotated[
+        float | None, typer.Option(metavar="M", help="Range of --require and of the details; the largest by default.")
+    ] = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(metavar="VALUE", help="Accuracy wanted (1 sigma), e.g. 1mm or 0.1deg; may be repeated."),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Compare with a Monte Carlo simulation, which takes minutes.")
+    ] = False,
+    noise: Annotated[float, typer.Option(metavar="GREY", help="Noise of a pixel, grey levels.")] = 1.5,
+    contrast: Annotated[float, typer.Option(metavar="GREY", help="Step at an edge, grey levels.")] = 100.0,
+    displacement: Annotated[float, typer.Option(metavar="PX", help="Of whole lines: offset and tilt, pixels.")] = 0.02,
+    tolerance: Annotated[float, typer.Option(metavar="MM", help="Of the target's corners, mm.")] = 0.05,
+    timing: Annotated[float, typer.Option(metavar="MS", help="Between the two exposures, ms.")] = 0.1,
+    speed: Annotated[float, typer.Option(metavar="M/S", help="Of the target relative to the cameras, m/s.")] = 0.1,
+) -> int:
+    """Tell how far the pose may err, from which causes, and what must improve: tables, and budget.html in DIR."""
+    assumptions = assume(noise, contrast, displacement, tolerance, timing, speed)
+    return budget(
+        path, out, target, assumptions, ranges=ranges, angles=angles, at=at, requirements=require or [], checked=check
+    )
 
 
 @app.command("bench")

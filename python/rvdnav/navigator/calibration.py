@@ -14,10 +14,8 @@ from numpy.polynomial.chebyshev import chebvander2d
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
 from rvdnav.pose.arrays import FloatArray, IntArray
-from rvdnav.rig import Rig, calibration_parameters
+from rvdnav.rig import Rig, calibration_steps
 
-# Of the central differences: px, none, rad, m.
-_STEPS = {"f": 1e-2, "c": 1e-2, "k": 1e-5, "p": 1e-5, "r": 1e-6, "t": 1e-6}
 # Nodes over the raw image, along and down, from which the shifts are taken, and the degree of their polynomials.
 _NODES = (24, 20)
 _DEGREE = (11, 11)
@@ -44,15 +42,14 @@ class CalibrationEffect:
         nodes = [np.cos(np.pi * (np.arange(count) + 0.5) / count) for count in _NODES]
         place = np.stack(np.meshgrid(*nodes), axis=-1).reshape(-1, 2)
         uv = 0.5 * (place + 1.0) * _last_pixel(rig)
-        coefficients = np.linalg.pinv(_basis(place))
-        names = calibration_parameters(len(rig.cameras))
+        # At these nodes the polynomials are orthogonal to each other, so that the fit is a sum.
+        basis = _basis(place)
+        coefficients = (basis / np.square(basis).sum(axis=0)).T
+        steps = calibration_steps(len(rig.cameras))
         cameras = range(len(rig.cameras))
         shift, focal, centers = [], [], []
-        for index, name in enumerate(names):
-            delta = np.zeros(len(names))
-            delta[index] = _STEPS[name.partition(".")[2][0]]
+        for delta, span in zip(np.diag(steps), 2.0 * steps, strict=True):
             above, below = rig.perturbed(delta), rig.perturbed(-delta)
-            span = 2.0 * delta[index]
             moved = [(above.raw_to_rect(i, uv) - below.raw_to_rect(i, uv)) / span for i in cameras]
             shift.append([coefficients @ xy for xy in moved])
             focal.append((above.focal_rect - below.focal_rect) / span)

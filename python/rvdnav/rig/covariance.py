@@ -9,6 +9,7 @@ from rvdnav.pose.arrays import FloatArray, float_array
 
 CAMERA_PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
 PAIR_PARAMETERS = ("rx", "ry", "rz", "tx", "ty", "tz")
+_STEPS = {"f": 1e-2, "c": 1e-2, "k": 1e-5, "p": 1e-5, "r": 1e-6, "t": 1e-6}
 # Of correlations: what the rounding of a written matrix may do.
 _ROUNDING = 1e-6
 
@@ -21,6 +22,11 @@ def calibration_parameters(cameras: int) -> tuple[str, ...]:
     """
     own = [f"cam{camera}.{name}" for camera in range(cameras) for name in CAMERA_PARAMETERS]
     return (*own, *(f"cam1_cam0.{name}" for name in PAIR_PARAMETERS)) if cameras == 2 else tuple(own)
+
+
+def calibration_steps(cameras: int) -> FloatArray:
+    """Changes (8,) or (22,) of the calibration's parameters that suit central differences by them."""
+    return np.array([_STEPS[name.partition(".")[2][0]] for name in calibration_parameters(cameras)])
 
 
 def calibration_covariance(matrix: ArrayLike, cameras: int) -> FloatArray:
