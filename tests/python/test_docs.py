@@ -57,6 +57,7 @@ DOCUMENTS = [
     "docs/blackbox.md",
     "docs/faults.md",
     "docs/simulation.md",
+    "docs/budget.md",
     "docs/reconstruction.md",
 ]
 

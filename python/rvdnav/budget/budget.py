@@ -58,10 +58,12 @@ def draw_up(
     if target.bracket is None:
         raise InputError(f"target {target.name}: a budget needs a four-bar bracket")
     design = Design(rig, target.bracket, assumptions)
-    result = sweep(design, ranges, angles)
-    middle = cell(design, at, result.angles[0])
+    middle = cell(design, at, min(angles))
     if middle is None:
         raise InputError(f"at {at:g} m too little of target {target.name} is in view for a pose")
+    if not middle.total.position > 0.0:
+        raise InputError("budget: nothing is assumed to err")
+    result = sweep(design, ranges, angles)
     places = check_places(result) if checked else []
     draws = itertools.count(1)
 
@@ -74,7 +76,7 @@ def draw_up(
         calibration_known=rig.calibration_covariance is not None,
         sweep=result,
         at=middle,
-        changes=tuple(changes(design, at, result.angles[0])),
+        changes=tuple(changes(design, at, middle.angle)),
         improvements=tuple(improvement(design, middle, requirement) for requirement in requirements),
         checks=tuple(check(design, *place, done=done) for place in places),
     )

@@ -10,13 +10,11 @@ from rvdnav.budget.design import Design
 from rvdnav.budget.lines import ExpectedLines, ends_along, expected_lines
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals, refine_pose_lines
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.refine_lines import MAX_DISPLACEMENT, MIN_DISPLACEMENT, consistent_sigma
 
-# As in the refinement: the least displacement that it assumes of offsets and tilts, the largest, and how it gets there.
-_MIN_SIGMA = 0.02 / np.sqrt(2.0)
-_MAX_SIGMA = 0.7
+# Where the search for the displacement begins, px, and how it goes on.
 _START_SIGMA = 0.15
 _ROUNDS = 4
-_BISECTIONS = 20
 _MAX_SCATTER = 0.5
 _HERMITE_POINTS = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])
 _HERMITE_SHARES = np.array([1.0, 4.0, 1.0]) / 6.0
@@ -119,13 +117,13 @@ class _Weighting:
             total = self.known + displacement[:, None] ** 2
             freedom = np.maximum(len(self.lines) - (leverage / total).sum(axis=1), 1.0)
             squares = np.square(parts).sum(axis=2)
-            displacement = np.array(list(map(_consistent_sigma, squares, self.known, freedom)))
+            displacement = np.array(list(map(consistent_sigma, squares, self.known, freedom)))
         total = self.known + displacement[:, None] ** 2
         covariance = np.einsum("cnp,cmp->cnm", parts, parts) / total[:, None]
         # Of a sum of squares of correlated normal variables, and how the displacement answers to it.
         deviation = np.sqrt(2.0 * np.einsum("cnm,cmn->c", covariance, covariance))
         slope = 2.0 * displacement**2 * (squares / total**2).sum(axis=1)
-        return displacement, np.minimum(deviation / slope, _MAX_SCATTER)
+        return displacement, np.minimum(deviation / np.maximum(slope, 1e-300), _MAX_SCATTER)
 
     def gains_around(self, displacement: FloatArray, scatter: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gains (9, 6, 2n) of the estimator over the displacement's distribution, and their shares (9,) of it.
@@ -135,24 +133,15 @@ class _Weighting:
         gains, shares = [], []
         for i, j in np.ndindex(3, 3):
             at = displacement * np.exp(scatter * _HERMITE_POINTS[[i, j]])
-            gains.append(self.refined(np.clip(at, _MIN_SIGMA, _MAX_SIGMA)).gain.reshape(6, -1))
+            gains.append(self.refined(np.clip(at, MIN_DISPLACEMENT, MAX_DISPLACEMENT)).gain.reshape(6, -1))
             shares.append(_HERMITE_SHARES[i] * _HERMITE_SHARES[j])
         return np.array(gains), np.array(shares)
 
 
 def _with_displacement(lines: LineMeasurements, along: FloatArray, displacement: FloatArray) -> LineMeasurements:
     """The lines with a displacement (2,) beyond the least one as a part of what they state."""
-    offset, tilt = np.maximum(displacement**2 - _MIN_SIGMA**2, 0.0)
+    offset, tilt = np.maximum(displacement**2 - MIN_DISPLACEMENT**2, 0.0)
     middle, half = along.mean(axis=1), 0.5 * (along[:, 1] - along[:, 0])
     turn = tilt / half**2  # variance of an angle about the middle
     added = np.stack([middle**2 * turn, middle * turn, middle * turn, turn], axis=1).reshape(-1, 2, 2)
     return attrs.evolve(lines, cov=lines.cov + added, shift_sigma=np.sqrt(lines.shift_sigma**2 + offset))
-
-
-def _consistent_sigma(squares: FloatArray, known: FloatArray, freedom: float) -> float:
-    """The sigma at which the sum of squares / (known + sigma²) is the freedom, within its bounds."""
-    low, high = _MIN_SIGMA, _MAX_SIGMA
-    for _ in range(_BISECTIONS):
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if np.sum(squares / (known + middle**2)) > freedom else (low, middle)
-    return high

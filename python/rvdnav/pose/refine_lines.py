@@ -21,10 +21,10 @@ from rvdnav.pose.refined import RefinedPose, refined_pose
 
 # Least standard deviation of what displaces an endpoint by itself, px; an edge seen end-on has only this in its tilt.
 _ENDPOINT_SIGMA = 0.02
-# The same as offset and as tilt.
-_MIN_SIGMA = _ENDPOINT_SIGMA / math.sqrt(2.0)
-# Largest that are still noise rather than a wrong model, px.
-_MAX_SIGMA = 0.7
+MIN_DISPLACEMENT = _ENDPOINT_SIGMA / math.sqrt(2.0)
+"""The same as offset and as tilt: the least that the lines are taken to show, px."""
+MAX_DISPLACEMENT = 0.7
+"""The largest that is still noise rather than a wrong model, px."""
 # Where the search for them begins: large, so that edges displaced alike are not taken for outliers of a few that agree.
 _START_SIGMA = 0.15
 _VARIANCE_ROUNDS = 2
@@ -210,19 +210,19 @@ def _shown_displacement(
     distances, _ = line_residuals(solution.T, lines, cameras)
     offset, tilt = 0.5 * (distances[:, 0] + distances[:, 1]), 0.5 * (distances[:, 1] - distances[:, 0])
     known_offset, mixed, known_tilt = _offset_tilt_covariance(solution.T, lines, cameras)
-    offset_sigma = _consistent_sigma(w * offset**2, known_offset, float(freedom[0]))
+    offset_sigma = consistent_sigma(w * offset**2, known_offset, float(freedom[0]))
     slope = mixed / (known_offset + offset_sigma**2)
-    tilt_sigma = _consistent_sigma(w * (tilt - slope * offset) ** 2, known_tilt - slope * mixed, float(freedom[1]))
+    tilt_sigma = consistent_sigma(w * (tilt - slope * offset) ** 2, known_tilt - slope * mixed, float(freedom[1]))
     return _Displacement(offset_sigma, tilt_sigma)
 
 
-def _consistent_sigma(squares: FloatArray, known: FloatArray, freedom: float) -> float:
+def consistent_sigma(squares: FloatArray, known: FloatArray, freedom: float) -> float:
     """The sigma at which the sum of squares / (known + sigma²) is the freedom, within its bounds."""
 
     def excess(sigma: float) -> float:
         return float(np.sum(squares / (known + sigma**2))) - freedom
 
-    low, high = _MIN_SIGMA, _MAX_SIGMA
+    low, high = MIN_DISPLACEMENT, MAX_DISPLACEMENT
     if excess(low) <= 0.0:
         return low
     for _ in range(_BISECTIONS):
