@@ -118,6 +118,9 @@ def test_a_lost_target_leaves_a_black_box_that_replays(tmp_path, capsys):
     told = capsys.readouterr().out
     assert f"rvdnav replay {box}" in told
     assert f'<a href="blackbox/{box.name}/">' in (out / "report.html").read_text()
+    assert execute(["evaluate", approach, str(out)]) == 0
+    assert f'<a href="blackbox/{box.name}/">' in (out / "evaluation.html").read_text()
+    capsys.readouterr()
     assert execute(["replay", str(box)]) == 0
     assert capsys.readouterr().out == "12 frames replayed, identical\n"  # last seen at 0.5 s, lost after 2 s more
 

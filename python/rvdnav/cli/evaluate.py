@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rvdnav import evaluation
+from rvdnav.cli.blackboxes import black_boxes
 from rvdnav.cli.tables import console, print_evaluation
 from rvdnav.errors import InputError
 from rvdnav.output import read_solutions, staged_directory
@@ -26,6 +27,7 @@ def evaluate(path: Path, directory: Path) -> int:
             solutions,
             truth=sequence.truth,
             evaluation=result,
+            black_boxes=black_boxes(directory, solutions),
         )
     print_evaluation(result)
     console.print(f"plots: {directory / 'evaluation.html'}", soft_wrap=True)

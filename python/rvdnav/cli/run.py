@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from rvdnav import Navigator, open_sequence
 from rvdnav.blackbox import Recorder
+from rvdnav.cli.blackboxes import BLACK_BOXES, black_boxes
 from rvdnav.cli.tables import console, print_responses, print_summary
 from rvdnav.core import Core
 from rvdnav.errors import InputError
@@ -22,10 +23,7 @@ from rvdnav.navigator import parse_pose
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
-from rvdnav.solution import Solution, State
-
-BLACK_BOXES = "blackbox"
-"""Folder of the black boxes in the results."""
+from rvdnav.solution import Solution
 
 
 def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None) -> int:
@@ -42,11 +40,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
         solutions = _process(sequence, options, staging / BLACK_BOXES)
-        black_boxes = {
-            solution.timestamp_ns: f"{BLACK_BOXES}/{solution.timestamp_ns}"
-            for solution in solutions
-            if solution.state is State.LOST
-        }
+        boxes = black_boxes(staging, solutions)
         write_solutions(staging, solutions)
         evaluation = _evaluation(sequence, solutions)
         write_report(
@@ -56,23 +50,23 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             truth=sequence.truth,
             evaluation=evaluation,
             pictures=_pictures(sequence, solutions),
-            black_boxes=black_boxes,
+            black_boxes=boxes,
         )
-    if not black_boxes:  # those of an earlier run into the same folder
+    if not boxes:  # those of an earlier run into the same folder
         shutil.rmtree(out / BLACK_BOXES, ignore_errors=True)
     print_summary(solutions, evaluation)
     if injected:
         print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)
-    for timestamp_ns, folder in black_boxes.items():
+    for timestamp_ns, folder in boxes.items():
         seconds = (timestamp_ns - solutions[0].timestamp_ns) * 1e-9
         console.print(f"target lost at {seconds:.3f} s: rvdnav replay {out / folder}", soft_wrap=True)
     console.print(f"report: {out / 'report.html'}", soft_wrap=True)
     return 0 if any(solution.published for solution in solutions) else 1
 
 
-def _process(sequence: Sequence, options: dict[str, Any], black_boxes: Path) -> list[Solution]:
+def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> list[Solution]:
     navigator = Navigator(sequence.rig, sequence.target, **options)
-    recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=black_boxes)
+    recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
     told: set[str] = set()
     errors = Console(stderr=True, highlight=False, markup=False)
