@@ -19,6 +19,7 @@ from rvdnav.solution import Solution
 
 POSES = "poses.tum"
 SOLUTIONS = "solutions.jsonl"
+SMOOTHED = "smoothed.tum"
 
 
 @contextmanager
@@ -64,6 +65,12 @@ def write_solutions(folder: Path, solutions: Iterable[Solution]) -> None:
             if solution.T_world_target is not None:
                 published.append((solution.timestamp_ns, solution.T_world_target))
     write_tum(folder / POSES, published)
+
+
+def write_smoothed(folder: Path, solutions: Iterable[Solution]) -> None:
+    """Write ``smoothed.tum``: the filtered poses of the published frames."""
+    smoothed = [(s.timestamp_ns, s.smoothed_T_world_target) for s in solutions if s.published]
+    write_tum(folder / SMOOTHED, [(stamp, pose) for stamp, pose in smoothed if pose is not None])
 
 
 def read_solutions(folder: Path) -> tuple[Solution, ...]:

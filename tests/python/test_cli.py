@@ -13,7 +13,8 @@ import rvdnav.cli.run
 from drawn_scene import EXAMPLE
 from rvdnav.blackbox.digests import write_digests
 from rvdnav.cli.app import execute
-from rvdnav.sequence import open_sequence, write_tum
+from rvdnav.output import read_solutions
+from rvdnav.sequence import open_sequence, read_tum, write_tum
 from rvdnav.solution import Reason, Solution, State
 from solutions import FRAMES, Scripted, true_poses
 
@@ -66,6 +67,18 @@ def test_run_twice_gives_the_same_bytes(sequence, tmp_path):
         execute(["run", str(sequence), "--out", str(tmp_path / name)])
     for file in ("poses.tum", "solutions.jsonl", "report.html"):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_filtered_poses_stand_in_a_file_of_their_own(tmp_path):
+    assert execute(["run", str(EXAMPLE), "--out", str(tmp_path / "out"), "--smoothed"]) == 0
+    solutions = read_solutions(tmp_path / "out")
+    smoothed = read_tum(tmp_path / "out" / "smoothed.tum")
+    published = [s for s in solutions if s.published]
+    assert smoothed.timestamps_ns.tolist() == [s.timestamp_ns for s in published]
+    expected = [s.smoothed_T_world_target for s in published]
+    np.testing.assert_allclose(smoothed.T_world_target, expected, atol=1e-8)
+    assert execute(["run", str(EXAMPLE), "--out", str(tmp_path / "out"), "--fault", "dropped:2-23"]) == 0
+    assert not (tmp_path / "out" / "smoothed.tum").exists()  # of the earlier run
 
 
 def test_run_with_truth_reports_errors_and_evaluate_agrees(sequence, tmp_path, capsys):

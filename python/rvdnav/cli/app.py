@@ -81,11 +81,12 @@ def _run(
         str | None,
         typer.Option(metavar="POSE", help='T_world_target at the first frame: "tx ty tz qx qy qz qw", m.'),
     ] = None,
+    smoothed: Annotated[bool, typer.Option("--smoothed", help="Write the filtered poses too: smoothed.tum.")] = False,
 ) -> int:
     """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR.
 
     Whenever the target is lost, the frames that led to it are kept in DIR/blackbox for the replay command."""
-    return run(sequence, out, fault or [], initial_pose)
+    return run(sequence, out, fault or [], initial_pose, smoothed)
 
 
 @app.command("evaluate")

@@ -20,16 +20,17 @@ from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.navigator import parse_pose
-from rvdnav.output import staged_directory, write_solutions
+from rvdnav.output import SMOOTHED, staged_directory, write_smoothed, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 
 
-def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None) -> int:
+def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None, smoothed: bool = False) -> int:
     """Process the sequence at ``path`` into ``out``, with the faults injected that are given as NAME:FRAMES.
 
     initial_pose: T_world_target at the first frame as "tx ty tz qx qy qz qw".
+    smoothed: write the filtered poses as well.
 
     Returns 0 if any pose was published, else 1.  Raises InputError.
     """
@@ -42,6 +43,8 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
         solutions = _process(sequence, options, staging / BLACK_BOXES)
         boxes = black_boxes(staging, solutions)
         write_solutions(staging, solutions)
+        if smoothed:
+            write_smoothed(staging, solutions)
         evaluation = _evaluation(sequence, solutions)
         write_report(
             staging / "report.html",
@@ -52,8 +55,11 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             pictures=_pictures(sequence, solutions),
             black_boxes=boxes,
         )
-    if not boxes:  # those of an earlier run into the same folder
+    # What an earlier run left in the same folder and this one did not write.
+    if not boxes:
         shutil.rmtree(out / BLACK_BOXES, ignore_errors=True)
+    if not smoothed:
+        (out / SMOOTHED).unlink(missing_ok=True)
     print_summary(solutions, evaluation)
     if injected:
         print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)

@@ -137,8 +137,8 @@ def _sobel_text(trials: Sequence[EdgeTrial]) -> str:
     return (
         '<p class="legend">A chart of edges of 8 to 35 % contrast on grounds from deep shadow to full light, with the '
         "noise of a sensor times 1, 2 and 3. The plain operator is drawn over all thresholds; the adaptive one has one "
-        "setting. The table gives the plain operator the lowest threshold, a whole grey level, at which it shows no more "
-        "noise than the adaptive one.</p>"
+        "setting. The table gives the plain operator the lowest threshold, a whole grey level, at which it shows no "
+        "more noise than the adaptive one.</p>"
         '<div class="scroll"><table><thead><tr><th>noise</th><th>true edges shown, adaptive</th><th>plain</th>'
         "<th>noise edges in 10 000 px, adaptive</th><th>plain</th><th>plain threshold, grey levels</th></tr></thead>"
         f"<tbody>{rows}</tbody></table></div>"
