@@ -94,3 +94,23 @@ TEST_CASE("200 frames allocate nothing") {
   CHECK(owner.guard_intact());
   rvdnav_runner_destroy(runner);
 }
+
+TEST_CASE("a surface in lent memory allocates nothing") {
+  const scene::Placement placement = {0.7, 0.02, 0.05, -0.1};
+  const std::vector<uint8_t> pixels[2] = {scene::draw(0, placement), scene::draw(1, placement)};
+  const rvdnav_image left = scene::image(pixels[0]);
+  const rvdnav_image right = scene::image(pixels[1]);
+  const scene::Owner owner(scene::config(), scene::rig(), nullptr);
+  size_t size = 0;
+  REQUIRE(rvdnav_surface_size(owner.context, &size) == RVDNAV_OK);
+  void* memory = std::aligned_alloc(64, (size + 63) / 64 * 64);
+  std::vector<rvdnav_surface_point> points(10000);
+  uint32_t count = 0;
+  const long before = allocations;
+  const rvdnav_status status = rvdnav_surface(owner.context, &left, &right, memory, size, points.data(), 10000, &count);
+  const long after = allocations;
+  CHECK(after - before == 0);
+  CHECK(status == RVDNAV_OK);
+  CHECK(count > 0);
+  std::free(memory);
+}
