@@ -106,7 +106,7 @@ def _cloud_section(cloud: Cloud) -> str:
 
 def _cloud_figure(cloud: Cloud, drawn: np.ndarray[tuple[int], np.dtype[np.intp]]) -> go.Figure:
     low, high = _depth_range(cloud)
-    # Single precision and whole micrometres keep the page small.
+    # A hundredth of a millimetre keeps the page small.
     x, y, z = np.round(cloud.points_W[drawn], 5).T
     sigma = np.round(cloud.sigma[drawn] * 1e3, 2)
     marker = {"size": 1.6, "color": x, "colorscale": "Turbo", "cmin": low, "cmax": high}
@@ -155,10 +155,10 @@ def _sigma_figure(cloud: Cloud) -> go.Figure:
     low, high = _depth_range(cloud)
     margin = 0.05 * (high - low)
     figure.update_layout(showlegend=False)
-    figure.update_xaxes(type="log", title_text="σ of a point, mm", row=1, col=1)
+    figure.update_xaxes(type="log", dtick="D2", title_text="σ of a point, mm", row=1, col=1)
     figure.update_yaxes(title_text="points", row=1, col=1)
     figure.update_xaxes(title_text="depth x<sub>W</sub>, m", range=[low - margin, high + margin], row=1, col=2)
-    figure.update_yaxes(type="log", title_text="σ of a point, mm", row=1, col=2)
+    figure.update_yaxes(type="log", dtick="D2", title_text="σ of a point, mm", row=1, col=2)
     return figure
 
 
