@@ -113,10 +113,20 @@ def test_edges_are_named_once() -> None:
     assert edge_model(again).names == edge_model(bars).names == tuple(f"{a}-{b}" for a, b in bars.edges)
 
 
+def test_faces_at_a_grazing_angle_show_no_edges_to_measure_but_neighbours() -> None:
+    model = edge_model(box_target((0.2, 0.2, 0.2)))
+    # From 1.9 m before the front; beside it by 1.5 degrees of elevation above the side, then by 6.
+    for degrees, count in ((1.5, 4), (6.0, 7)):
+        eye = np.array([-2.0, 0.1 + 2.0 * np.tan(np.radians(degrees)), 0.0])
+        assert len(model.visible_pieces(np.eye(4), eye).edge) == count
+        assert len(model.visible_pieces(np.eye(4), eye, grazing=True).edge) == 7
+
+
 def test_neighbours_are_those_a_few_pixels_beside() -> None:
     cameras = RectifiedCameras(500.0, np.zeros((1, 3)), np.eye(3))
     # At 1 m: two parallel lines 3 px apart, one 20 px off, one across them all.
-    ends = np.array([[[-100, 0], [100, 0]], [[-90, 3], [90, 3]], [[-100, 20], [100, 20]], [[0, -50], [0, 50]]])
-    spans = np.concatenate([ends / 500.0, np.ones((4, 2, 1))], axis=2)[None]
-    separation = neighbour_separation(cameras, np.eye(4), spans, np.zeros(4, int), np.arange(4))
-    np.testing.assert_allclose(separation, [3.0, 3.0, 0.0, 0.0], atol=1e-9)
+    ends = np.array([[[-100, 0], [100, 0]], [[-90, 3], [90, 3]], [[-100, 23], [100, 23]], [[0, -50], [0, 50]]])
+    points = {f"{i}{j}": (*ends[i, j] / 500.0, 1.0) for i in range(4) for j in range(2)}
+    model = edge_model(Target("lines", points, edges=[(f"{i}0", f"{i}1") for i in range(4)]))
+    separation = neighbour_separation(cameras, np.eye(4), model)
+    np.testing.assert_allclose(separation, [[3.0, 3.0, 0.0, 0.0]], atol=1e-9)

@@ -37,6 +37,7 @@ _MIN_EDGE_PIXELS = 50
 _UNLIKELY = 8.0
 _AS_WELL_COVERED = 0.08
 _APART_SIGMAS = 5.0
+_UNREFUTED = frozenset({Reason.COVARIANCE, Reason.AMBIGUOUS, Reason.NOT_CONVERGED})
 UNUSABLE = (Reason.LEFT_UNUSABLE, Reason.RIGHT_UNUSABLE)
 """Of the left and of the right camera."""
 
@@ -196,15 +197,19 @@ class Surveyor:
 
 def likeliest(attempts: list[Attempt]) -> Attempt:
     """Of attempts at the same images from different poses, the likeliest first: the passed one that the images cover
-    most, ambiguous if another pose is covered as well; the first if none passed."""
-    passed = [attempt for attempt in attempts if attempt.passed and attempt.measurement is not None]
+    most; ambiguous if another pose is covered as well, refused for one that is covered better but can't be published.
+    The first if none passed."""
+    standing = [attempt for attempt in attempts if attempt.reasons <= _UNREFUTED]
+    passed = [attempt for attempt in standing if attempt.passed]
     if not passed:
         return attempts[0]
-    best, *others = sorted(passed, key=lambda attempt: -_covered(attempt))
-    for other in others:
-        if _covered(best) - _covered(other) < _AS_WELL_COVERED and _apart(best, other):
-            return attrs.evolve(best, reasons=frozenset({Reason.AMBIGUOUS}))
-    return best
+    best, chosen = max(standing, key=_covered), max(passed, key=_covered)
+    if _covered(best) - _covered(chosen) > _AS_WELL_COVERED:
+        return best
+    for other in standing:
+        if _covered(chosen) - _covered(other) < _AS_WELL_COVERED and _apart(chosen, other):
+            return attrs.evolve(chosen, reasons=frozenset({Reason.AMBIGUOUS}))
+    return chosen
 
 
 def _covered(attempt: Attempt) -> float:

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from rvdnav.bracket import EDGE_NAMES, Bracket
-from rvdnav.navigator.visibility import Faces, Pieces, whole_edges
+from rvdnav.navigator.visibility import GRAZING, Faces, Pieces, whole_edges
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.target import Target
 
@@ -32,12 +32,15 @@ class EdgeModel:
     def __len__(self) -> int:
         return len(self.names)
 
-    def visible_pieces(self, T_world_target: FloatArray, eye_W: FloatArray) -> Pieces:
-        """What of the edges is seen from eye_W (3,) with the target at T_world_target (4, 4)."""
+    def visible_pieces(self, T_world_target: FloatArray, eye_W: FloatArray, *, grazing: bool = False) -> Pieces:
+        """What of the edges is seen from eye_W (3,) with the target at T_world_target (4, 4).
+
+        grazing: those too that only faces at a grazing angle show, which are no good to measure.
+        """
         if self.faces is None:
             return whole_edges(self.edge_points)
         eye_C = T_world_target[:3, :3].T @ (eye_W - T_world_target[:3, 3])
-        return self.faces.visible_pieces(eye_C, self.edge_points)
+        return self.faces.visible_pieces(eye_C, self.edge_points, 0.0 if grazing else GRAZING)
 
 
 def edge_model(target: Target) -> EdgeModel:

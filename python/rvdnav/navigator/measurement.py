@@ -11,6 +11,7 @@ from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.neighbours import neighbour_separation
+from rvdnav.navigator.rivals import rival_separation
 from rvdnav.navigator.sampling import SampledEdges, sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import (
@@ -168,7 +169,9 @@ def _measure_lines(
     if model.bracket is not None:
         separation = side_separation(cameras, T_world_target, model.bracket, fits.camera, fits.edge, fits.theta)
     else:
-        separation = neighbour_separation(cameras, T_world_target, sampled.spans, fits.camera, fits.edge)
+        separation = neighbour_separation(cameras, T_world_target, model)[fits.camera, fits.edge]
+        rival = rival_separation(core, rig, images, model, T_world_target, sampled, fits)
+        separation = np.maximum(separation, rival)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
     endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)

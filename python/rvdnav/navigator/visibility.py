@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import attrs
@@ -13,6 +14,9 @@ from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 _PLACES = 65
 # Distances below this part of the target's size are none.
 _TOUCH = 1e-6
+GRAZING = math.sin(math.radians(3.0))
+"""Sine of the elevation of the eye above a face below which its far edges can't be told from the near ones, and a small
+error of the pose would hide them."""
 
 
 @attrs.frozen(eq=False)
@@ -80,12 +84,12 @@ class Faces:
         adjoining: BoolArray = np.logical_and.reduce(bare._lie_on(ends_and_middle), axis=1)
         return attrs.evolve(bare, adjoining=adjoining)
 
-    def visible_pieces(self, eye_C: FloatArray, edge_points: FloatArray) -> Pieces:
-        """What an eye (3,) sees of the edges (m, 2, 3)."""
+    def visible_pieces(self, eye_C: FloatArray, edge_points: FloatArray, least_elevation: float = 0.0) -> Pieces:
+        """What an eye (3,) sees of the edges (m, 2, 3); see `visible`."""
         part = np.linspace(0.0, 1.0, _PLACES)[:, None]
         start, span = edge_points[:, 0], edge_points[:, 1] - edge_points[:, 0]
         places = start[:, None] + part * span[:, None]
-        seen = self.visible(eye_C, places)
+        seen = self.visible(eye_C, places, least_elevation)
         edge, points = [], []
         for index in np.flatnonzero(seen.any(axis=1)):
             if seen[index].all():
@@ -99,10 +103,15 @@ class Faces:
                     points.append(places[index, [first, after - 1]])
         return Pieces(np.array(edge, np.int64), np.array(points).reshape(-1, 2, 3))
 
-    def visible(self, eye_C: FloatArray, places: FloatArray) -> BoolArray:
-        """(m, n) whether an eye (3,) sees places (m, n, 3) on the m edges."""
+    def visible(self, eye_C: FloatArray, places: FloatArray, least_elevation: float = 0.0) -> BoolArray:
+        """(m, n) whether an eye (3,) sees places (m, n, 3) on the m edges.
+
+        least_elevation: sine of the angle by which the eye must stand above a face for its edges to count.
+        """
         height = np.einsum("fk,fk->f", eye_C - self.origins, self.normals)
-        away = self.adjoining.any(axis=1) & ~(self.adjoining & (height > self.touch)).any(axis=1)
+        middles = self.origins + np.einsum("fa,fak->fk", self.corners.mean(axis=1), self.axes)
+        least = np.maximum(least_elevation * np.linalg.norm(eye_C - middles, axis=1), self.touch)
+        away = self.adjoining.any(axis=1) & ~(self.adjoining & (height > least)).any(axis=1)
         seen: BoolArray = ~(away[:, None] | self._behind(eye_C, height, places))
         return seen
 
