@@ -9,23 +9,24 @@ import cv2
 import numpy as np
 import pytest
 from drawn_scene import bracket_target, example_rig, wide_rig
+from drawn_solid import box_target
 from rvdnav import Rig
 from rvdnav.budget import Assumptions, Design, cell, check, improvement, parse_requirement, pose_budget, sweep
 from rvdnav.budget.board_calibration import CORNER_SIGMA_PX, board_calibration_covariance, board_views
 from rvdnav.budget.causes import CALIBRATION, DIMENSIONS, DISPLACEMENT, NOISE, SIDES, TIMING, residual_errors
 from rvdnav.budget.levers import changes
-from rvdnav.budget.lines import ends_along, expected_lines, shared_corners
+from rvdnav.budget.lines import expected_lines, shared_corners
 from rvdnav.budget.monte_carlo import Errors, ErrorSource, measured_lines
 from rvdnav.errors import InputError
+from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import PoseError, line_residuals
 
-BRACKET = bracket_target().bracket
-assert BRACKET is not None
+BRACKET = edge_model(bracket_target())
+BOX = edge_model(box_target())
 
 
 def design(rig: Rig | None = None, **assumptions: float) -> Design:
-    assert BRACKET is not None
     return Design(wide_rig() if rig is None else rig, BRACKET, Assumptions(**assumptions))
 
 
@@ -33,68 +34,88 @@ def one_camera() -> Rig:
     return Rig(wide_rig().cameras[:1], [np.eye(4)])
 
 
-DESIGN = design(speed=0.3, turn_rate=0.2, timing=1e-3)
-T = DESIGN.pose_at(0.5, math.radians(20.0), 0.7)
-EXPECTED = expected_lines(DESIGN, T)
-NOTHING = Errors(np.zeros(22), np.zeros((8, 2, 3)), np.zeros(6), np.zeros((len(EXPECTED.lines), 9)))
+class Scene:
+    """A design at a pose."""
+
+    def __init__(self, known: Design) -> None:
+        self.design = known
+        self.T = known.pose_at(0.5, math.radians(20.0), 0.7)
+        self.expected = expected_lines(known, self.T)
+        edges, lines = len(known.model), len(self.expected.lines)
+        self.nothing = Errors(np.zeros(22), np.zeros((edges, 2, 3)), np.zeros(6), np.zeros((lines, 9)))
+        self.causes = residual_errors(known, self.T, self.expected)
+
+    def residuals(self, **errors: np.ndarray) -> np.ndarray:
+        """Of the lines that such errors lead to, at the true pose."""
+        drawn = attrs.evolve(self.nothing, **errors)
+        believed = self.design.rig.perturbed(drawn.calibration)
+        lines = measured_lines(self.design, self.T, self.expected, drawn, believed)
+        return line_residuals(self.T, lines, rectified_cameras(believed))[0].ravel()
 
 
-def residuals(errors: Errors) -> np.ndarray:
-    """Of the lines that such errors lead to, at the true pose."""
-    believed = DESIGN.rig.perturbed(errors.calibration)
-    lines = measured_lines(DESIGN, T, EXPECTED, errors, believed)
-    return line_residuals(T, lines, rectified_cameras(believed))[0].ravel()
+@pytest.fixture(scope="module", params=["bracket", "box"])
+def scene(request: pytest.FixtureRequest) -> Scene:
+    known = design(speed=0.3, turn_rate=0.2, timing=1e-3)
+    return Scene(known if request.param == "bracket" else attrs.evolve(known, model=BOX, edges=range(len(BOX))))
 
 
-def test_without_errors_the_true_lines_are_found() -> None:
-    np.testing.assert_allclose(residuals(NOTHING), 0.0, atol=1e-8)
+def test_without_errors_the_true_lines_are_found(scene: Scene) -> None:
+    np.testing.assert_allclose(scene.residuals(), 0.0, atol=1e-8)
 
 
-def test_calibration_changes_the_residuals_as_the_images_say() -> None:
-    F = residual_errors(DESIGN, T, EXPECTED)[CALIBRATION]
-    covariance = np.asarray(DESIGN.rig.calibration_covariance)
-    draws = np.random.default_rng(2).multivariate_normal(np.zeros(22), 1e-4 * covariance, 4)
-    # F Fᵀ is known; that it comes from these derivatives shows in the change that each draw makes.
-    derivatives = DESIGN.calibration.residual_derivatives(T, EXPECTED.lines).reshape(-1, 22)
+def test_calibration_changes_the_residuals_as_the_images_say(scene: Scene) -> None:
+    covariance = np.asarray(scene.design.rig.calibration_covariance)
+    derivatives = scene.design.calibration.residual_derivatives(scene.T, scene.expected.lines).reshape(-1, 22)
+    F = scene.causes[CALIBRATION]
     np.testing.assert_allclose(derivatives @ covariance @ derivatives.T, F @ F.T, atol=1e-9)
-    for draw in draws:
-        np.testing.assert_allclose(derivatives @ draw, residuals(attrs.evolve(NOTHING, calibration=draw)), atol=2e-4)
+    for draw in np.random.default_rng(2).multivariate_normal(np.zeros(22), 1e-4 * covariance, 4):
+        np.testing.assert_allclose(derivatives @ draw, scene.residuals(calibration=draw), atol=2e-4)
 
 
-def test_corners_that_differ_change_the_residuals_as_the_images_say() -> None:
-    F = residual_errors(DESIGN, T, EXPECTED)[DIMENSIONS]
-    z = 0.1 * np.random.default_rng(3).standard_normal(24)
-    corners = DESIGN.assumptions.dimensions * z.reshape(8, 3)[shared_corners(DESIGN.bracket.edge_points)]
-    # The file's corners minus the true ones have the opposite sign; z is symmetric.
-    np.testing.assert_allclose(-F @ z, residuals(attrs.evolve(NOTHING, corners=corners)), atol=2e-4)
+def test_corners_that_differ_change_the_residuals_as_the_images_say(scene: Scene) -> None:
+    z = 0.1 * np.random.default_rng(3).standard_normal((8, 3))
+    corners = scene.design.assumptions.dimensions * z[shared_corners(scene.design.model.edge_points)]
+    # F is for the file's corners minus the true ones, which is the same in distribution.
+    expected = -scene.causes[DIMENSIONS] @ z.ravel()
+    assert np.abs(expected).max() > 0.005
+    np.testing.assert_allclose(expected, scene.residuals(corners=corners), atol=2e-4)
 
 
-def test_motion_between_the_exposures_changes_the_residuals_of_the_right_view() -> None:
-    F = residual_errors(DESIGN, T, EXPECTED)[TIMING]
+def test_motion_between_the_exposures_changes_the_residuals_of_the_right_view(scene: Scene) -> None:
     z = np.array([0.3, -0.5, 0.4, 0.2, 0.6, -0.7])
-    scale = DESIGN.assumptions.timing * np.repeat([0.3, 0.2], 3) / math.sqrt(3.0)
-    found = residuals(attrs.evolve(NOTHING, motion=scale * z))
-    np.testing.assert_allclose(-F @ z, found, atol=2e-4)
-    left = np.repeat(EXPECTED.lines.camera == 0, 2)
+    scale = scene.design.assumptions.timing * np.repeat([0.3, 0.2], 3) / math.sqrt(3.0)
+    found = scene.residuals(motion=scale * z)
+    np.testing.assert_allclose(-scene.causes[TIMING] @ z, found, atol=3e-4)
+    left = np.repeat(scene.expected.lines.camera == 0, 2)
     assert np.abs(found[left]).max() < 1e-8
     assert np.abs(found[~left]).max() > 0.01
 
 
-def test_lines_are_displaced_by_what_their_causes_say() -> None:
+def test_lines_are_displaced_by_what_their_causes_say(scene: Scene) -> None:
     rng = np.random.default_rng(4)
-    causes = residual_errors(DESIGN, T, EXPECTED)
-    stated = sum(causes[name] @ causes[name].T for name in (NOISE, DISPLACEMENT, SIDES))
-    source = ErrorSource.at(DESIGN, T, EXPECTED)
+    stated = sum(scene.causes[name] @ scene.causes[name].T for name in (NOISE, DISPLACEMENT, SIDES))
+    source = ErrorSource.at(scene.design, scene.T, scene.expected)
     draws = np.array([source.draw(rng).across for _ in range(2000)])
-    along = ends_along(DESIGN, T, EXPECTED.lines)
-    part = (np.arange(9) + 0.5) / 9
-    place = EXPECTED.span[:, :1] + part * (EXPECTED.span[:, 1:] - EXPECTED.span[:, :1])
-    drawn = np.empty((2000, len(along), 2))
-    for k in range(len(along)):
+    span = scene.expected.span
+    place = span[:, :1] + (np.arange(9) + 0.5) / 9 * (span[:, 1:] - span[:, :1])
+    drawn = np.empty((2000, len(span), 2))
+    for k in range(len(span)):
         slope, offset = np.polyfit(place[k], draws[:, k].T, 1)
-        drawn[:, k] = np.column_stack([offset, offset + slope])  # at the edge's ends
+        drawn[:, k] = np.column_stack([offset, offset + slope])  # at the line's ends
     deviations = drawn.reshape(2000, -1).std(axis=0)
     np.testing.assert_allclose(deviations, np.sqrt(np.diagonal(stated)), rtol=0.08)
+
+
+def test_of_a_box_the_edges_in_sight_are_measured() -> None:
+    known = attrs.evolve(design(), model=BOX, edges=range(12))
+    lines = expected_lines(known, known.pose_at(0.8, 0.0, 0.0)).lines
+    # Head-on the front hides all but its own four edges, at least from a camera midway.
+    assert {0, 1, 2, 3} <= set(lines.edge.tolist())
+    assert not {4, 6} & set(lines.edge.tolist())
+    turned = expected_lines(known, known.pose_at(0.8, math.radians(40.0), 0.8)).lines
+    assert len(set(turned.edge.tolist())) == 9  # a corner of the box: three faces
+    assert not (turned.shift_sigma > 0.0).any()
+    assert cell(known, 0.8, math.radians(40.0)) is not None
 
 
 def test_the_budget_agrees_with_poses_from_drawn_errors() -> None:
@@ -105,7 +126,8 @@ def test_the_budget_agrees_with_poses_from_drawn_errors() -> None:
 
 
 def test_causes_add_up_and_scale() -> None:
-    small, large = (pose_budget(design(noise=noise, displacement=0.2), T) for noise in (1.0, 2.0))
+    designs = [design(noise=noise, displacement=0.2) for noise in (1.0, 2.0)]
+    small, large = (pose_budget(known, known.pose_at(0.5, 0.3, 0.7)) for known in designs)
     np.testing.assert_allclose(small.total, sum(small.causes.values()))
     # The displacement gives the lines their weights in both, so that nothing else changes.
     ratio = np.diagonal(large.causes[NOISE]) / np.diagonal(small.causes[NOISE])
@@ -123,7 +145,7 @@ def test_the_target_stands_where_it_should(rig: Rig) -> None:
         pose = known.pose_at(0.7, angle, azimuth)
         assert np.linalg.norm(pose[:3, 3]) == pytest.approx(0.7)
         assert pose[:3, 0] @ forward == pytest.approx(math.cos(angle))
-        middle = pose[:3, :3] @ known.bracket.edge_points.reshape(-1, 3).mean(axis=0) + pose[:3, 3]
+        middle = pose[:3, :3] @ known.model.edge_points.reshape(-1, 3).mean(axis=0) + pose[:3, 3]
         offset = middle - known.cameras.centers.mean(axis=0)
         np.testing.assert_allclose(offset, (offset @ forward) * forward, atol=1e-12)
     assert cell(known, 0.7, 0.0) is not None

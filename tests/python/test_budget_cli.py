@@ -118,11 +118,10 @@ def test_nothing_that_errs(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_a_target_without_bracket(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "target.yaml").write_text(
-        "name: box\nunits: m\npoints: {A: [0, 0, 0], B: [0, 1, 0], C: [0, 0, 1]}\nedges: [[A, B], [B, C], [C, A]]\n"
-    )
-    assert execute(["budget", str(folder), "--out", str(tmp_path / "out")]) == 2
-    assert "target box: a budget needs a four-bar bracket" in capsys.readouterr().err
+    points = "points: {A: [0, 0, 0], B: [0, 0.1, 0], C: [0, 0, 0.1]}"
+    (folder / "target.yaml").write_text(f"name: frame\nunits: m\n{points}\nedges: [[A, B], [B, C], [C, A]]\n")
+    assert execute(["budget", str(folder), "--out", str(tmp_path / "out"), *SMALL]) == 0
+    assert "every other edge" in capsys.readouterr().out
 
 
 def test_the_example_has_no_calibration_covariance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

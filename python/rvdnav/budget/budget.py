@@ -14,6 +14,7 @@ from rvdnav.budget.levers import Change, changes
 from rvdnav.budget.requirement import Improvement, Requirement, improvement
 from rvdnav.budget.sweep import Cell, Sweep, cell, sweep
 from rvdnav.errors import InputError
+from rvdnav.navigator.edge_model import edge_model
 from rvdnav.rig import Rig
 from rvdnav.target import Target
 
@@ -53,11 +54,9 @@ def draw_up(
     """The budget of a rig before a target, over ranges, m, and angles, rad, with more detail at one range, m.
 
     checked: compare with Monte Carlo at the corners of ranges and angles; drawn is called with the draws so far and
-    all of them.  Raises InputError for a target without a bracket, and where no pose is determined at that range.
+    all of them.  Raises InputError where no pose is determined at that range.
     """
-    if target.bracket is None:
-        raise InputError(f"target {target.name}: a budget needs a four-bar bracket")
-    design = Design(rig, target.bracket, assumptions)
+    design = Design(rig, edge_model(target), assumptions)
     middle = cell(design, at, min(angles))
     if middle is None:
         raise InputError(f"at {at:g} m too little of target {target.name} is in view for a pose")

@@ -40,7 +40,7 @@ def residual_errors(design: Design, T_world_target: FloatArray, expected: Expect
         DISPLACEMENT: np.sqrt(2.0) * assumed.displacement * np.eye(2 * n),
         SIDES: np.repeat(np.diag(lines.shift_sigma), 2, axis=0),
         CALIBRATION: _calibration(design, T_world_target, expected) @ _root(design),
-        DIMENSIONS: assumed.dimensions * _corners(J[:, :, :3] @ T_world_target[:3, :3], lines.endpoints_C),
+        DIMENSIONS: assumed.dimensions * _corners(design, expected, J[:, :, :3] @ T_world_target[:3, :3]),
         TIMING: _timing(design, J, lines.camera == 1),
     }
 
@@ -94,12 +94,18 @@ def psd_root(covariance: FloatArray) -> FloatArray:
     return root
 
 
-def _corners(by_point: FloatArray, endpoints_C: FloatArray) -> FloatArray:
-    """By the coordinates of the target's corners, from by_point (n, 2, 3) of the ends; edges share corners."""
-    which = shared_corners(endpoints_C).ravel()
-    errors = np.zeros((len(which), which.max() + 1, 3))
-    errors[np.arange(len(which)), which] = by_point.reshape(-1, 3)
-    return errors.reshape(len(which), -1)
+def _corners(design: Design, expected: ExpectedLines, by_point: FloatArray) -> FloatArray:
+    """By the coordinates of the target's corners, from by_point (n, 2, 3) of the lines' ends.
+
+    Edges share corners, and an end between two of them moves with both.
+    """
+    corner = shared_corners(design.model.edge_points)
+    ends = corner[expected.lines.edge]
+    errors = np.zeros((len(ends), 2, corner.max() + 1, 3))
+    index, end = np.arange(len(ends))[:, None], np.arange(2)
+    for corner_of_end, share in ((ends[:, :1], 1.0 - expected.part), (ends[:, 1:], expected.part)):
+        errors[index, end, corner_of_end] += share[:, :, None] * by_point
+    return errors.reshape(2 * len(ends), -1)
 
 
 def _timing(design: Design, J: FloatArray, later: BoolArray) -> FloatArray:

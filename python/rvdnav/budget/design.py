@@ -12,11 +12,11 @@ from rvdnav.budget.assumptions import Assumptions
 from rvdnav.budget.board_calibration import board_calibration_covariance
 from rvdnav.camera import CameraModel
 from rvdnav.navigator.calibration import CalibrationEffect
+from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import PoseError, RectifiedCameras, exp, make_T
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig, calibration_parameters
-from rvdnav.target import EDGE_NAMES, Bracket
 
 # The target's axes in rectified ones when its face is seen squarely.
 _SQUARE = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -36,18 +36,20 @@ def _numbers(values: Iterable[int]) -> tuple[int, ...]:
 class Design:
     """What a budget is drawn up for.
 
-    rig: with the covariance of its calibration; that of `board_calibration_covariance` where it has none.  bracket: the
-    target's.  views: the cameras that are used.  edges: those of the target that are measured, and part: how much of
-    each, about its middle.
+    rig: with the covariance of its calibration; that of `board_calibration_covariance` where it has none.  model: the
+    target's edges.  views: the cameras that are used.  edges: those that are measured where they are seen, and part:
+    how much of each, about its middle.
     """
 
     rig: Rig = attrs.field(converter=_with_covariance)
-    bracket: Bracket
+    model: EdgeModel
     assumptions: Assumptions = attrs.field(factory=Assumptions)
     views: tuple[int, ...] = attrs.field(
         default=attrs.Factory(lambda self: range(len(self.rig.cameras)), takes_self=True), converter=_numbers
     )
-    edges: tuple[int, ...] = attrs.field(default=range(len(EDGE_NAMES)), converter=_numbers)
+    edges: tuple[int, ...] = attrs.field(
+        default=attrs.Factory(lambda self: range(len(self.model)), takes_self=True), converter=_numbers
+    )
     part: float = 1.0
 
     @cached_property
@@ -63,12 +65,12 @@ class Design:
     def pose_at(self, distance: float, angle: float, azimuth: float) -> FloatArray:
         """T_world_target (4, 4) at a range, m, the target's middle on the axis midway between the cameras.
 
-        angle, rad: between the normal of its face and that axis.  azimuth, rad: of the axis that it is turned about,
-        0 for down and a quarter turn for right to left.  Raises PoseError for a range too short for that.
+        angle, rad: between x_C, the normal of a bracket's face, and that axis.  azimuth, rad: of the axis that it is
+        turned about, 0 for down and a quarter turn for right to left.  Raises PoseError for a range too short for that.
         """
         square = self.rig.R_world_rect @ _SQUARE
         R = square @ exp(angle * np.array([0.0, np.cos(azimuth), np.sin(azimuth)]))
-        start = self.cameras.centers.mean(axis=0) - R @ self.bracket.edge_points.reshape(-1, 3).mean(axis=0)
+        start = self.cameras.centers.mean(axis=0) - R @ self.model.edge_points.reshape(-1, 3).mean(axis=0)
         ahead = float(start @ square[:, 0])
         aside_squared = float(start @ start) - ahead**2
         if not distance**2 > aside_squared:

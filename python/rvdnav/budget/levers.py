@@ -25,12 +25,13 @@ class Change:
 
 def changes(design: Design, distance: float, angle: float) -> list[Change]:
     """The budget at a range, m, and angle, rad, of designs that differ in one thing each, after the design's own."""
+    others = "every other edge" if design.model.bracket is None else "outer edges alone"
     designs = {
         "as it is": design,
         "half the focal length": design.with_focal_length(0.5),
         "twice the focal length": design.with_focal_length(2.0),
         "half of every line": attrs.evolve(design, part=0.5 * design.part),
-        "outer edges alone": attrs.evolve(design, edges=design.edges[::2]),
+        others: attrs.evolve(design, edges=design.edges[::2]),
     }
     if design.rig.is_stereo:
         designs |= {

@@ -25,27 +25,32 @@ _PLACES = (np.arange(64) + 0.5) / 64
 @attrs.frozen(eq=False)
 class ExpectedLines:
     """lines: with the covariances and shifts that the estimator states for them.  noise (n, 2, 2): covariance of (rho,
-    theta) by the pixels' noise.  span (n, 2): the measured part of an edge's image, 0 at its first end and 1 at the
-    other."""
+    theta) by the pixels' noise.  part (n, 2): where on its edge the ends of a line are, 0 at the edge's first end and 1
+    at the other.  span (n, 2): what is measured of a line's image, in the same way between its ends."""
 
     lines: LineMeasurements
     noise: FloatArray
+    part: FloatArray
     span: FloatArray
 
 
 def expected_lines(design: Design, T_world_target: FloatArray) -> ExpectedLines:
     """What is measured at a pose (4, 4).  Raises PoseError where nothing is, or the target isn't in front."""
-    camera, edge, ends, span, step = [], [], [], [], []
+    camera, edge, points_C, ends, span, step = [], [], [], [], [], []
     for i in design.views:
-        xy, _ = project_edges(design.cameras, i, T_world_target, design.bracket.edge_points)
+        pieces = design.model.visible_pieces(T_world_target, design.cameras.centers[i])
+        in_sight = set(pieces.edge.tolist())
+        seen_C = pieces.spans(design.model.edge_points)
+        xy, _ = project_edges(design.cameras, i, T_world_target, seen_C)
         longest = float(np.linalg.norm(xy[:, 1] - xy[:, 0], axis=1).max())
         for k in design.edges:
-            seen = _measured_span(design, i, xy[k])
-            if seen is not None:
+            measured = _measured_span(design, i, xy[k]) if k in in_sight else None
+            if measured is not None:
                 camera.append(i)
                 edge.append(k)
+                points_C.append(seen_C[k])
                 ends.append(xy[k])
-                span.append(seen)
+                span.append(measured)
                 step.append(max(1.0, longest / _MAX_SAMPLES))
     if not camera:
         raise PoseError("no edge of the target is in view")
@@ -54,10 +59,15 @@ def expected_lines(design: Design, T_world_target: FloatArray) -> ExpectedLines:
     noise = _fit_covariance(np.array(ends), spans, theta, np.array(step))
     profile = design.assumptions.profile_sigma
     stated = max(profile, _LEAST_SCATTER_PX) ** 2 * noise
-    separation = side_separation(design.cameras, T_world_target, design.bracket, index, number, theta)
-    shift = design.assumptions.side_part * np.abs(separation)
-    lines = LineMeasurements(index, number, design.bracket.edge_points[number], rho, theta, stated, shift)
-    return ExpectedLines(lines, profile**2 * noise, spans)
+    shift = np.zeros(len(index))
+    if design.model.bracket is not None:
+        separation = side_separation(design.cameras, T_world_target, design.model.bracket, index, number, theta)
+        shift = design.assumptions.side_part * np.abs(separation)
+    lines = LineMeasurements(index, number, points_C, rho, theta, stated, shift)
+    edges_C = design.model.edge_points[number]
+    along_C = edges_C[:, 1:] - edges_C[:, :1]
+    part = np.einsum("nki,nki->nk", lines.endpoints_C - edges_C[:, :1], along_C) / np.square(along_C).sum(axis=2)
+    return ExpectedLines(lines, profile**2 * noise, part, spans)
 
 
 def ends_along(design: Design, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:

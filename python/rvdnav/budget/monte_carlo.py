@@ -44,7 +44,7 @@ class ErrorSource:
     design: Design
     expected: ExpectedLines
     corner: IntArray
-    """(8, 2) number of the corner that each end of the target's edges is."""
+    """(m, 2) number of the corner that each end of the target's edges is."""
     calibration_root: FloatArray
     noise_roots: FloatArray
     """(n, 2, 2) of the covariances of (rho, theta)."""
@@ -61,7 +61,7 @@ class ErrorSource:
         return cls(
             design=design,
             expected=expected,
-            corner=shared_corners(design.bracket.edge_points),
+            corner=shared_corners(design.model.edge_points),
             calibration_root=psd_root(np.asarray(design.rig.calibration_covariance)),
             noise_roots=np.array([psd_root(cov) for cov in expected.noise]),
             place=along[:, :1] + part * (along[:, 1:] - along[:, :1]),
@@ -116,7 +116,9 @@ def measured_lines(
 ) -> LineMeasurements:
     """The lines as one finds them who believes in another rig than the true one."""
     lines = expected.lines
-    true_ends_C = (design.bracket.edge_points + errors.corners)[lines.edge]
+    true_edges_C = (design.model.edge_points + errors.corners)[lines.edge]
+    part = expected.part[:, :, None]
+    true_ends_C = (1.0 - part) * true_edges_C[:, :1] + part * true_edges_C[:, 1:]
     rho, theta = np.empty(len(lines)), np.empty(len(lines))
     for i in design.views:
         chosen = lines.camera == i
@@ -125,8 +127,8 @@ def measured_lines(
         ends = design.rig.project_rect(i, ends_W).reshape(-1, 2, 2)
         normal = np.column_stack([np.cos(lines.theta[chosen]), np.sin(lines.theta[chosen])])
         tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-        part = _fractions(expected)[chosen][:, :, None]
-        points = ends[:, None, 0] + part * (ends[:, None, 1] - ends[:, None, 0])
+        along = _fractions(expected)[chosen][:, :, None]
+        points = ends[:, None, 0] + along * (ends[:, None, 1] - ends[:, None, 0])
         points += errors.across[chosen][:, :, None] * normal[:, None]
         seen = believed.raw_to_rect(i, design.rig.rect_to_raw(i, points))
         across = np.einsum("nki,ni->nk", seen, normal)
