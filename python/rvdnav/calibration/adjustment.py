@@ -18,6 +18,9 @@ from rvdnav.rig.covariance import CAMERA_PARAMETERS, calibration_parameters
 
 N_INTRINSICS = len(CAMERA_PARAMETERS)
 N_PARAMETERS = len(calibration_parameters(2))
+_LEAST_SIGMA_PX = 0.02
+"""Of a corner's coordinate.  What errs alike in all views (the lens beside its model, the light, the print) does not
+show in the scatter, nor does it average out; corners scatter by less than this in clean pictures."""
 _MAX_ITERATIONS = 50
 _CONVERGED = 1e-10
 """Of the predicted decrease, as a share of the sum of squares."""
@@ -38,8 +41,8 @@ class Adjustment:
 
     residuals (v, 2, n, 2): measured minus predicted, px, NaN where nothing was measured.  normal: the normal matrix
     (22, 22) of the parameters, px^-2, the boards' poses eliminated.  covariance (22, 22): of the parameters, in the
-    order of `calibration_parameters`.  sigma_px: of a coordinate of a corner.  correlation: the factor by which the
-    covariance was widened because the errors of a view's corners go together; 1 where they are independent.
+    order of `calibration_parameters`.  sigma_px: of a coordinate of a corner, 0.02 or more.  correlation: the factor by
+    which the covariance was widened because the errors of a view's corners go together; 1 where they are independent.
     """
 
     model: StereoModel
@@ -48,6 +51,11 @@ class Adjustment:
     covariance: FloatArray
     sigma_px: float
     correlation: float
+
+    @property
+    def scatter_px(self) -> float:
+        """Standard deviation of a residual's coordinate."""
+        return float(np.sqrt(np.nanmean(self.residuals**2)))
 
     @property
     def rms_px(self) -> float:
@@ -226,11 +234,11 @@ def _assess(model: StereoModel, linear: _Linear) -> Adjustment:
     freedom = count - N_PARAMETERS - 6 * len(per_view)
     if freedom <= 0:
         raise ValueError("the views do not determine the rig")
-    variance = linear.cost / freedom
+    variance = max(linear.cost / freedom, _LEAST_SIGMA_PX**2)
     shares = np.einsum("ij,vjk->vik", inverse, per_view)
     expected = float(np.einsum("vii->", shares) - np.einsum("vij,vji->", shares, shares))
     found = float(np.einsum("vi,ij,vj->", gradients, inverse, gradients))
-    correlation = max(1.0, found / (variance * expected)) if variance > 0.0 else 1.0
+    correlation = max(1.0, found / (variance * expected))
     return Adjustment(
         model=model,
         residuals=linear.residuals,

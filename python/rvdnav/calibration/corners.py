@@ -12,8 +12,11 @@ Cf. A. Datta, J.-S. Kim, T. Kanade, "Accurate camera calibration using iterative
 
 from __future__ import annotations
 
+from typing import Any
+
 import attrs
 import numpy as np
+from numpy.typing import NDArray
 
 from rvdnav.camera import CameraModel
 from rvdnav.images import PixelArray
@@ -24,10 +27,11 @@ _WINDOW = 0.6
 _MARGIN_PX = 2.0
 """Least distance of the window from the next edges, px, so that their blur stays outside."""
 _MIN_WINDOW = 0.4
-_MAX_RADIUS = 12
+_MAX_RADIUS = 20
 """px; beyond it more pixels no longer pay."""
-_MIN_ARM_PX = 1.0
-"""Least half width of the cross, px."""
+_BAND_PX = 3.0
+"""Half width of the band along the edges whose pixels are taken: the others hardly tell of the corner."""
+_MIN_BAND_PX = 1.0
 _ITERATIONS = 25
 _CONVERGED_PX = 1e-4
 _BLUR_PX = (0.3, 6.0)
@@ -64,6 +68,7 @@ def fit_corners(
     window = _within(q, steps, clearance)
     weights = window & inside
     whole = weights.sum(axis=1) >= _MIN_INSIDE * window.sum(axis=1)
+    offsets, q, weights = _compressed(window, np.broadcast_to(offsets, q.shape), q, weights)
     u, v = (pixels[:, None, :] + offsets).astype(np.intp).transpose(2, 0, 1)
     grey = image[np.clip(v, 0, image.shape[0] - 1), np.clip(u, 0, image.shape[1] - 1)].astype(np.float64)
     if camera is not None:
@@ -93,16 +98,34 @@ def _windows(image: PixelArray, uv: FloatArray, steps: FloatArray) -> tuple[Floa
 def _within(q: FloatArray, steps: FloatArray, clearance: float) -> BoolArray:
     """Which offsets q (n, m, 2) from the corners lie in their windows.
 
-    A window is a parallelogram along the squares, cut by a disc, and with a clearance by a cross along the edges.
+    A window is a cross along the edges, cut by a parallelogram along the squares and by a disc.
     """
     sizes = np.linalg.norm(steps, axis=2)
     limits = np.clip(1.0 - _MARGIN_PX / sizes, _MIN_WINDOW, _WINDOW)[:, None, :]
     along = np.abs(q @ np.linalg.inv(steps))  # in squares: q = along @ steps
+    # A clearance keeps a margin from the markers, as from the next edges, where the squares are large enough for it.
     least = sizes.min(axis=1)
-    arm = (np.maximum(clearance * least - _MARGIN_PX, _MIN_ARM_PX) / least)[:, None]
+    band = np.minimum(np.maximum(clearance * least - _MARGIN_PX, _MIN_BAND_PX), _BAND_PX)
     in_disc: BoolArray = np.hypot(q[..., 0], q[..., 1]) <= _MAX_RADIUS
-    near: BoolArray = (along <= limits).all(axis=2) & (along.min(axis=2) <= arm)
-    return in_disc & near
+    in_cross: BoolArray = _edge_distance(q, steps) <= band[:, None]
+    near: BoolArray = (along <= limits).all(axis=2)
+    return in_disc & in_cross & near
+
+
+def _edge_distance(q: FloatArray, steps: FloatArray) -> FloatArray:
+    """Distances (n, m), px, of offsets q (n, m, 2) from the nearer of the two edges along steps (n, 2, 2)."""
+    normals = (
+        np.stack([-steps[:, :, 1], steps[:, :, 0]], axis=1) / np.linalg.norm(steps, axis=2)[:, None]
+    )  # (n, 2, edge)
+    distance: FloatArray = np.abs(q @ normals).min(axis=2)
+    return distance
+
+
+def _compressed(window: BoolArray, *arrays: NDArray[Any]) -> list[Any]:
+    """Arrays (n, m, ...) with the windows' pixels alone, padded by others to one number of them for all corners."""
+    most = int(window.sum(axis=1).max())
+    order = np.argsort(~window, axis=1, kind="stable")[:, :most]
+    return [np.take_along_axis(a, order.reshape(*order.shape, *[1] * (a.ndim - 2)), axis=1) for a in arrays]
 
 
 def _straightened(camera: CameraModel, uv: FloatArray, q: FloatArray) -> FloatArray:

@@ -14,11 +14,13 @@ from rich.table import Table
 from rvdnav.calibration import Board, Calibration, CalibrationError, Dropped, calibrate, read_pairs
 from rvdnav.calibration.board import parse_corners, parse_length
 from rvdnav.calibration.opencv_file import OPENCV_FILE, save_opencv
+from rvdnav.calibration.page import verdict, verdict_sentence, write_calibration
 from rvdnav.cli.tables import console
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
 from rvdnav.rig import save_rig
 
+REPORT = "calibration.html"
 _DICTIONARY = "5X5_100"
 _BASELINE_TOLERANCE = 0.02
 _STRETCH_WORTH_TELLING = 1e-3
@@ -57,7 +59,13 @@ def calibrate_folder(
     with staged_directory(out) as staging:
         save_rig(calibration.rig, staging)
         save_opencv(calibration.rig, staging / OPENCV_FILE)
+        judged = verdict(calibration)
+        write_calibration(staging / REPORT, path.resolve().name, calibration, judged)
     _print_result(calibration)
+    console.print(verdict_sentence(calibration, judged), soft_wrap=True)
+    for view in judged.suggested[:1]:
+        console.print(f"the next picture would help most {view.description}", soft_wrap=True)
+    console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0
 
 
