@@ -8,10 +8,11 @@ import attrs
 import numpy as np
 import pytest
 from board_scene import BOARD, RIG, T_cam0_boards, draw_board, draw_pair, exact_corners
+from rvdnav import Navigator, open_sequence
 from rvdnav.calibration import Board, Calibration, CalibrationError, ImagePair, calibrate, read_pairs
 from rvdnav.calibration.adjustment import adjust
 from rvdnav.calibration.stretch import board_stretch
-from rvdnav.pose import inverse_T, log, triangulate
+from rvdnav.pose import difference, inverse_T, log, triangulate
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig, load_rig
 
@@ -132,10 +133,14 @@ def test_a_charuco_board(legacy: bool) -> None:
     assert abs(calibration.rig.baseline - RIG.baseline) < 1e-3
 
 
-def test_the_rendered_set(shared_data: Path) -> None:
+@pytest.fixture(scope="module")
+def rendered(shared_data: Path) -> Calibration:
+    return calibrate(read_pairs(shared_data / "calibration"), Board(9, 6, 0.025))
+
+
+def test_the_rendered_set(rendered: Calibration, shared_data: Path) -> None:
     true = load_rig(shared_data / "sequences" / "approach")
-    calibration = calibrate(read_pairs(shared_data / "calibration"), Board(9, 6, 0.025))
-    rig = calibration.rig
+    calibration, rig = rendered, rendered.rig
     error = parameter_errors(rig, true)
     assert len(calibration.views) >= 14
     assert calibration.adjustment.rms_px <= 0.1
@@ -145,6 +150,31 @@ def test_the_rendered_set(shared_data: Path) -> None:
     assert np.degrees(np.linalg.norm(error[16:19])) <= 0.12
     assert rig.calibration_covariance is not None
     assert (np.abs(error) <= 3.0 * np.sqrt(np.diag(rig.calibration_covariance))).all()
+
+
+def test_navigating_with_the_rendered_calibration(rendered: Calibration, shared_data: Path) -> None:
+    """The cost of it against the true rig, and what its covariance says of that cost."""
+    sequence = open_sequence(shared_data / "sequences" / "approach")
+    rig = calibrate(read_pairs(shared_data / "calibration"), Board(9, 6, 0.025)).rig
+    navigators = [
+        Navigator(r, sequence.target) for r in (sequence.rig, rig, attrs.evolve(rig, calibration_covariance=None))
+    ]
+    costs, predicted = [], []
+    for index in range(0, len(sequence), 5):
+        true, calibrated, bare = (navigator.process(sequence[index]) for navigator in navigators)
+        assert true.T_world_target is not None
+        assert calibrated.T_world_target is not None
+        assert calibrated.covariance is not None
+        assert bare.covariance is not None
+        cost = difference(calibrated.T_world_target, true.T_world_target)
+        costs.append([np.linalg.norm(cost[:3]), np.linalg.norm(cost[3:])])
+        variances = np.diag(calibrated.covariance - bare.covariance)
+        predicted.append([variances[:3].sum(), variances[3:].sum()])
+    position, attitude = np.median(costs, axis=0)
+    assert position <= 0.0015
+    assert np.degrees(attitude) <= 0.15
+    ratio = np.sqrt(np.mean(np.square(costs), axis=0) / np.mean(predicted, axis=0))
+    assert ((ratio >= 0.5) & (ratio <= 2.0)).all()
 
 
 def test_real_photographs() -> None:

@@ -98,7 +98,7 @@ def tilt_figure(calibration: Calibration, suggested: tuple[NextView, ...]) -> go
             hovertemplate="%{text}: %{x:.0f}°, %{y:.0f}°, %{customdata:.2f} m<extra></extra>",
         )
     figure.update_xaxes(title_text="turned about the vertical, °", range=[-75, 75])
-    figure.update_yaxes(title_text="turned about the horizontal, °", range=[-75, 75], scaleanchor="x")
+    figure.update_yaxes(title_text="turned about the horizontal, °", range=[-75, 75])
     return styled(figure, 420)
 
 

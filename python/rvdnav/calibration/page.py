@@ -111,9 +111,9 @@ def _verdict_html(calibration: Calibration, judged: Verdict) -> str:
             "(dashed in the figures below):</p><ol>" + items + "</ol>"
         )
     return text + (
-        '<p class="legend">For the paper\'s bracket (180 mm base, 140 mm high) squarely before the rig; σ of the length '
-        "of the position's error and of the angle of the attitude's. The squares' size is taken as exact: an error of it "
-        "scales every distance and shows in no picture.</p>"
+        '<p class="legend">For the paper\'s bracket (180 mm base, 140 mm high) squarely before the rig; σ of the '
+        "length of the position's error and of the attitude's angle. The squares' size is taken as exact: an error of "
+        "it scales every distance and shows in no picture.</p>"
     )
 
 

@@ -16,6 +16,7 @@ from rvdnav import __version__
 from rvdnav.cli.bench import bench
 from rvdnav.cli.budget import assume, budget
 from rvdnav.cli.calibrate import calibrate_folder
+from rvdnav.cli.check import check
 from rvdnav.cli.evaluate import evaluate
 from rvdnav.cli.reconstruct import reconstruct_frame
 from rvdnav.cli.replay import replay_folder
@@ -47,7 +48,8 @@ class _Calibrate(TyperGroup):
 
 calibrate_app = typer.Typer(
     cls=_Calibrate,
-    help="Calibrate a stereo rig: calibrate FOLDER --board 9x6 --square 25mm --out DIR.",
+    help="Calibrate a stereo rig: calibrate FOLDER --board 9x6 --square 25mm --out DIR. "
+    "(calibrate images --help has all options.)",
     rich_markup_mode=None,
     add_completion=False,
 )
@@ -217,6 +219,14 @@ def _campaign(
     from rvdnav.cli.campaign import campaign  # needs an extra that the other commands do without
 
     return campaign(plan, out, backend, scheduler, jobs)
+
+
+@calibrate_app.command("check")
+def _check(
+    sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
+) -> int:
+    """Tell from a flown sequence whether its rig is still true; exit code 1 when re-calibration is due."""
+    return check(sequence)
 
 
 def execute(arguments: Sequence[str]) -> int:
