@@ -160,8 +160,9 @@ def _fit(q: FloatArray, grey: FloatArray, weights: FloatArray, steps: FloatArray
     cost = (weights * (grey - values) ** 2).sum(axis=1)
     for _ in range(_ITERATIONS):
         weighted = jacobian * weights[..., None]
-        normal = np.einsum("nmi,nmj->nij", weighted, jacobian)
-        gradient = np.einsum("nmi,nm->ni", weighted, grey - values)
+        transposed = np.swapaxes(weighted, 1, 2)
+        normal = transposed @ jacobian
+        gradient = (transposed @ (grey - values)[..., None])[..., 0]
         diagonal = np.einsum("nii->ni", normal)
         normal += (
             np.eye(_PARAMETERS) * (damping[:, None] * diagonal + 1e-9 * diagonal.max(axis=1)[:, None] + 1e-9)[:, None]
