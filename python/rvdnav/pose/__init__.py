@@ -17,6 +17,7 @@ from rvdnav.pose.euler import (
 from rvdnav.pose.filter import ConstantVelocityFilter, FilterState, PredictedPose
 from rvdnav.pose.p3p import iterative_three_point_pose, p3p
 from rvdnav.pose.refine_lines import LineMeasurements, line_residuals, refine_pose_edges, refine_pose_lines
+from rvdnav.pose.refine_shape import RefinedShape, refine_shape, size_derivatives
 from rvdnav.pose.refined import RefinedPose
 from rvdnav.pose.so3 import (
     difference,
@@ -45,6 +46,7 @@ __all__ = [
     "PredictedPose",
     "RectifiedCameras",
     "RefinedPose",
+    "RefinedShape",
     "difference",
     "elementary_x",
     "elementary_y",
@@ -67,9 +69,11 @@ __all__ = [
     "quaternion_xyzw",
     "refine_pose_edges",
     "refine_pose_lines",
+    "refine_shape",
     "rotation_angle",
     "rotation_from_euler",
     "rotation_from_quaternion_xyzw",
+    "size_derivatives",
     "three_point_pose",
     "triangulate",
 ]

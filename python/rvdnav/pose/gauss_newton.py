@@ -1,8 +1,9 @@
-"""Robust Gauss-Newton on a pose: the solver of the refinement."""
+"""Robust Gauss-Newton on a pose, or on a pose and more: the solver of the refinement."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 from attrs import frozen
@@ -10,12 +11,11 @@ from attrs import frozen
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.errors import PoseError
 from rvdnav.pose.loss import EFFICIENT_K, Loss, cost, response, robust_scale, weights
-from rvdnav.pose.so3 import make_T, perturb, project_to_so3
 
-# Residual blocks (m, 2), whitened, and their derivatives (m, 2, 6) with respect to (dp, dtheta), at a pose (4, 4).
-Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+Estimate = TypeVar("Estimate")
+"""What is sought: a pose (4, 4), or that and sizes."""
 
-# Steps are measured in standard deviations of the pose: sqrt(stepᵀ H step) / scale.
+# Steps are measured in standard deviations of the estimate: sqrt(stepᵀ H step) / scale.
 _CONVERGED_STEP = 1e-4
 _START_STEP = 0.3
 _START_ITERATIONS = 8
@@ -26,12 +26,12 @@ _MAX_CONDITION = 1e8
 
 
 @frozen(eq=False)
-class GaussNewtonSolution:
-    """The minimum that was found: pose (4, 4), the whitened blocks there (m, 2) with their derivatives (m, 2, 6) and
-    weights (m,), the inverse (6, 6) of the normal matrix sum(w Jᵀ J), the loss's response (see `loss.response`) and how
-    it went."""
+class GaussNewtonSolution(Generic[Estimate]):
+    """The minimum that was found: the estimate, the whitened blocks there (m, 2) with their derivatives (m, 2, p) by
+    its p parameters and weights (m,), the inverse (p, p) of the normal matrix sum(w Jᵀ J), the loss's response (see
+    `loss.response`) and how it went."""
 
-    T: FloatArray
+    estimate: Estimate
     residuals: FloatArray
     jacobians: FloatArray
     weights: FloatArray
@@ -42,16 +42,28 @@ class GaussNewtonSolution:
 
 
 def minimise(
-    T: FloatArray, evaluate: Evaluate, *, loss: Loss, k: float | None, scale_floor: float, near: bool
-) -> GaussNewtonSolution:
-    """The pose that minimises the robust loss of the blocks, from T (4, 4) on.
+    start: Estimate,
+    evaluate: Callable[[Estimate], tuple[FloatArray, FloatArray]],
+    move: Callable[[Estimate, FloatArray], Estimate],
+    *,
+    loss: Loss,
+    k: float | None,
+    scale_floor: float,
+    near: bool,
+) -> GaussNewtonSolution[Estimate]:
+    """The estimate that minimises the robust loss of the blocks, from a start on.
+
+    evaluate: residual blocks (m, 2), whitened, and their derivatives (m, 2, p).  move: the estimate changed by a step
+    (p,) of the parameters that the derivatives are taken by.
 
     Tukey's loss is not convex, so the start is Huber's loss with the scale taken anew in every step; then the asked
-    loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  From a
-    pose that is known to be near the minimum (`near`), that start is left out.  A step that raises the cost is damped
-    (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the pose or `evaluate` raises it at T.
+    loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  From an
+    estimate that is known to be near the minimum (`near`), that start is left out.  A step that raises the cost is
+    damped (Levenberg-Marquardt).  Raises PoseError if the blocks do not determine the estimate or `evaluate` raises it
+    at the start.
     """
-    residuals, jacobians = evaluate(T)
+    estimate = start
+    residuals, jacobians = evaluate(estimate)
     norms = _norms(residuals)
     asked_k = EFFICIENT_K[loss] if k is None else k
     phase: Loss = "huber"
@@ -73,14 +85,14 @@ def minimise(
         for damping in _DAMPING:
             step = -units * (eigenvectors @ (along / (eigenvalues + damping)))
             length = float(np.sqrt(step @ normal_matrix @ step)) / scale
-            moved = perturb(T, step)
+            moved = move(estimate, step)
             trial = _try(evaluate, moved)
             if trial is None:
                 continue
             trial_norms = _norms(trial[0])
             # A step this short is at the rounding of the cost, where comparing costs says nothing.
             if length < _CONVERGED_STEP or cost(trial_norms, phase, phase_k, scale) <= before:
-                T, norms = moved, trial_norms
+                estimate, norms = moved, trial_norms
                 residuals, jacobians = trial
                 break
         else:
@@ -94,7 +106,7 @@ def minimise(
     w = weights(norms, phase, phase_k, scale)
     normal_matrix, _ = _normal_equations(residuals, jacobians, w)
     return GaussNewtonSolution(
-        T=make_T(project_to_so3(T[:3, :3]), T[:3, 3]),
+        estimate=estimate,
         residuals=residuals,
         jacobians=jacobians,
         weights=w,
@@ -118,13 +130,14 @@ def _norms(residuals: FloatArray) -> FloatArray:
 
 
 def _normal_equations(residuals: FloatArray, jacobians: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-    rows = jacobians.reshape(-1, 6)
-    weighted = (jacobians * w[:, None, None]).reshape(-1, 6)
+    parameters = jacobians.shape[-1]
+    rows = jacobians.reshape(-1, parameters)
+    weighted = (jacobians * w[:, None, None]).reshape(-1, parameters)
     return weighted.T @ rows, weighted.T @ residuals.ravel()
 
 
 def _decompose(normal_matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Units (6,) of the parameters in which the normal matrix has a unit diagonal; its eigenvalues and -vectors there.
+    """Units (p,) of the parameters in which the normal matrix has a unit diagonal; its eigenvalues and -vectors there.
 
     Metres and radians differ in scale by the distance; only in such units does a condition number say something.
     Raises PoseError if the matrix is singular or nearly so.
@@ -138,8 +151,10 @@ def _decompose(normal_matrix: FloatArray) -> tuple[FloatArray, FloatArray, Float
     raise PoseError("the measurements do not determine the pose")
 
 
-def _try(evaluate: Evaluate, T: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+def _try(
+    evaluate: Callable[[Estimate], tuple[FloatArray, FloatArray]], estimate: Estimate
+) -> tuple[FloatArray, FloatArray] | None:
     try:
-        return evaluate(T)
+        return evaluate(estimate)
     except PoseError:
         return None

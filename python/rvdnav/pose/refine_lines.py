@@ -7,6 +7,7 @@ measured line rho = x cos(theta) + y sin(theta), in rectified px from the princi
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from attrs import Factory, field, frozen
@@ -18,6 +19,7 @@ from rvdnav.pose.errors import PoseError
 from rvdnav.pose.gauss_newton import GaussNewtonSolution, minimise
 from rvdnav.pose.loss import Loss
 from rvdnav.pose.refined import RefinedPose, refined_pose
+from rvdnav.pose.so3 import perturb
 
 # Least standard deviation of what displaces an endpoint by itself, px; an edge seen end-on has only this in its tilt.
 _ENDPOINT_SIGMA = 0.02
@@ -26,11 +28,11 @@ MIN_DISPLACEMENT = _ENDPOINT_SIGMA / math.sqrt(2.0)
 MAX_DISPLACEMENT = 0.7
 """The largest that is still noise rather than a wrong model, px."""
 # Where the search for them begins: large, so that edges displaced alike are not taken for outliers of a few that agree.
-_START_SIGMA = 0.15
-_VARIANCE_ROUNDS = 2
+START_SIGMA = 0.15
+VARIANCE_ROUNDS = 2
 _BISECTIONS = 12
 # The robust scale is never below this many stated sigmas: so few lines can agree closely by chance.
-_SCALE_FLOOR = 1.0
+SCALE_FLOOR = 1.0
 
 
 def _index(values: ArrayLike) -> IntArray:
@@ -79,7 +81,7 @@ class LineMeasurements:
 
 
 @frozen
-class _Displacement:
+class Displacement:
     """Standard deviations, px, of what displaces lines beyond their covariances: offset of a whole line, tilt of its
     ends in opposite directions."""
 
@@ -94,7 +96,7 @@ def line_residuals(
 
     Raises PoseError if an endpoint is not in front of its camera.
     """
-    return _residuals(T_world_target, lines, _directed_endpoints(lines, cameras))
+    return _residuals(T_world_target, lines, directed_endpoints(lines, cameras))
 
 
 def refine_pose_lines(
@@ -116,9 +118,9 @@ def refine_pose_lines(
     Raises PoseError if the lines do not determine the pose or the target is not in front of the cameras.
     """
     # Ends that move independently of each other move their mean and half their difference alike.
-    displacement = _Displacement(endpoint_sigma / math.sqrt(2.0), endpoint_sigma / math.sqrt(2.0))
+    displacement = Displacement(endpoint_sigma / math.sqrt(2.0), endpoint_sigma / math.sqrt(2.0))
     solution, whitening = _solve(T_world_target, lines, cameras, displacement, near=near, loss=loss, k=k)
-    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0], whitening)
+    return refined_pose(solution, line_residuals(solution.estimate, lines, cameras)[0], whitening)
 
 
 def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> RefinedPose:
@@ -129,41 +131,41 @@ def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, camer
     weights and covariance follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982;
     here for two components, whose degrees of freedom are the lines less the leverage of the pose on them).
     """
-    displacement = _Displacement(_START_SIGMA, _START_SIGMA)
+    displacement = Displacement(START_SIGMA, START_SIGMA)
     T, near = T_world_target, False
-    for _ in range(_VARIANCE_ROUNDS):
+    for _ in range(VARIANCE_ROUNDS):
         solution, _ = _solve(T, lines, cameras, displacement, near=near)
-        T, near = solution.T, True
-        displacement = _shown_displacement(solution, lines, cameras)
+        T, near = solution.estimate, True
+        displacement = shown_displacement(T, solution, lines, cameras)
     solution, whitening = _solve(T, lines, cameras, displacement, near=near)
-    return refined_pose(solution, line_residuals(solution.T, lines, cameras)[0], whitening)
+    return refined_pose(solution, line_residuals(solution.estimate, lines, cameras)[0], whitening)
 
 
 def _solve(
     T_world_target: FloatArray,
     lines: LineMeasurements,
     cameras: RectifiedCameras,
-    displacement: _Displacement,
+    displacement: Displacement,
     *,
     near: bool,
     loss: Loss = "tukey",
     k: float | None = None,
-) -> tuple[GaussNewtonSolution, FloatArray]:
+) -> tuple[GaussNewtonSolution[FloatArray], FloatArray]:
     """The minimum, and the whitening (n, 2, 2) of the distances."""
     if len(lines) < 3:
         raise PoseError(f"{len(lines)} lines do not determine the pose")
     T = float_array(T_world_target, 4, 4)
-    endpoints = _directed_endpoints(lines, cameras)
-    whitening = _whitening(_offset_tilt_covariance(T, lines, cameras), displacement)
+    endpoints = directed_endpoints(lines, cameras)
+    whitening = whitening_of(offset_tilt_covariance(T, lines, cameras), displacement)
 
     def evaluate(T: FloatArray) -> tuple[FloatArray, FloatArray]:
         distances, derivatives = _residuals(T, lines, endpoints)
         return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
 
-    return minimise(T, evaluate, loss=loss, k=k, scale_floor=_SCALE_FLOOR, near=near), whitening
+    return minimise(T, evaluate, perturb, loss=loss, k=k, scale_floor=SCALE_FLOOR, near=near), whitening
 
 
-def _directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:
+def directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:
     normals = np.column_stack([np.cos(lines.theta), np.sin(lines.theta)])
     points = lines.endpoints_C.reshape(-1, 3)
     return DirectedPoints.of(cameras, np.repeat(lines.camera, 2), points, np.repeat(normals, 2, axis=0))
@@ -174,7 +176,7 @@ def _residuals(T: FloatArray, lines: LineMeasurements, endpoints: DirectedPoints
     return projected.reshape(-1, 2) - lines.rho[:, None], derivatives.reshape(-1, 2, 6)
 
 
-def _offset_tilt_covariance(T: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> FloatArray:
+def offset_tilt_covariance(T: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> FloatArray:
     """Variance of each line's offset, covariance of both, variance of its tilt (3, n), px², as far as they are known.
 
     The offset is the mean of its endpoints' distances, the tilt half of their difference.
@@ -189,7 +191,7 @@ def _offset_tilt_covariance(T: FloatArray, lines: LineMeasurements, cameras: Rec
     return np.stack([offset, half * (middle * by_theta - mixed), half**2 * by_theta])
 
 
-def _whitening(known: FloatArray, displacement: _Displacement) -> FloatArray:
+def whitening_of(known: FloatArray, displacement: Displacement) -> FloatArray:
     """Matrices (n, 2, 2) that turn a line's two distances into independent ones of unit variance: its offset, and what
     its tilt has beyond what the offset tells of it."""
     offset_variance = known[0] + displacement.offset**2
@@ -200,20 +202,23 @@ def _whitening(known: FloatArray, displacement: _Displacement) -> FloatArray:
     return np.stack([by_offset, by_offset, by_first, by_second], axis=1).reshape(-1, 2, 2)
 
 
-def _shown_displacement(
-    solution: GaussNewtonSolution, lines: LineMeasurements, cameras: RectifiedCameras
-) -> _Displacement:
-    """The displacement at which the weighted squares of offsets and of tilts equal their degrees of freedom."""
+def shown_displacement(
+    T: FloatArray, solution: GaussNewtonSolution[Any], lines: LineMeasurements, cameras: RectifiedCameras
+) -> Displacement:
+    """The displacement at which the weighted squares of offsets and of tilts equal their degrees of freedom.
+
+    T (4, 4): the pose that the solution found, over these lines.
+    """
     w, J = solution.weights, solution.jacobians
     leverage = np.einsum("n,nki,ij,nkj->k", w, J, solution.inverse, J, optimize=True)
     freedom = np.maximum(float(w.sum()) - leverage, 1.0)
-    distances, _ = line_residuals(solution.T, lines, cameras)
+    distances, _ = line_residuals(T, lines, cameras)
     offset, tilt = 0.5 * (distances[:, 0] + distances[:, 1]), 0.5 * (distances[:, 1] - distances[:, 0])
-    known_offset, mixed, known_tilt = _offset_tilt_covariance(solution.T, lines, cameras)
+    known_offset, mixed, known_tilt = offset_tilt_covariance(T, lines, cameras)
     offset_sigma = consistent_sigma(w * offset**2, known_offset, float(freedom[0]))
     slope = mixed / (known_offset + offset_sigma**2)
     tilt_sigma = consistent_sigma(w * (tilt - slope * offset) ** 2, known_tilt - slope * mixed, float(freedom[1]))
-    return _Displacement(offset_sigma, tilt_sigma)
+    return Displacement(offset_sigma, tilt_sigma)
 
 
 def consistent_sigma(squares: FloatArray, known: FloatArray, freedom: float) -> float:
