@@ -60,6 +60,7 @@ class Reason(enum.Enum):
     RIGHT_UNUSABLE = "the right image is black, saturated or without contrast"
     LIMIT = "a work limit was reached"
     TIME_ORDER = "the frame is not newer than the one before"
+    UNKNOWN_SIZE = "the target's size is not known yet, and one camera cannot measure it"
     DUPLICATE = "an image is the one before once more"
 
     @property
@@ -98,6 +99,31 @@ class Acquisition:
     score: float
     runner_up: float
     hypotheses: int
+
+
+def _by_name(value: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(number) for name, number in value.items()}
+
+
+@attrs.frozen
+class LearnedDimensions:
+    """What was learnt so far of the size of a target of unknown dimensions.
+
+    sizes_m, sigmas_m: by the names of `rvdnav.trapezoid.DIMENSIONS`, m.  frames: that taught it.  known: well enough
+    for one camera to navigate by it.  Raises ValueError for a number that is not positive.
+    """
+
+    sizes_m: dict[str, float] = attrs.field(converter=_by_name)
+    sigmas_m: dict[str, float] = attrs.field(converter=_by_name)
+    frames: int
+    known: bool
+
+    def __attrs_post_init__(self) -> None:
+        if self.sizes_m.keys() != self.sigmas_m.keys():
+            raise ValueError("sizes and their standard deviations differ in their names")
+        for name, number in (*self.sizes_m.items(), *self.sigmas_m.items()):
+            if not (np.isfinite(number) and number > 0.0):
+                raise ValueError(f"the learnt {name} is not positive")
 
 
 def _array(value: Any, shape: tuple[int, ...], what: str) -> FloatArray:
@@ -191,6 +217,8 @@ class Solution:
     """Of the published pose, else of the prediction."""
     acquisition: Acquisition | None = None
     """Where the whole images were searched."""
+    dimensions: LearnedDimensions | None = None
+    """Of a target of unknown dimensions, once there are any."""
     line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=_residuals)
     sigma0: float | None = None
     """A-posteriori standard deviation of unit weight: 1 where the noise model fits."""
@@ -239,6 +267,7 @@ class Solution:
             "euler": None if euler is None else {name: float(angle) for name, angle in euler._asdict().items()},
             "covariance": _listed(self.covariance),
             "acquisition": None if self.acquisition is None else attrs.asdict(self.acquisition),
+            "dimensions": None if self.dimensions is None else attrs.asdict(self.dimensions),
             "sigma0": None if self.sigma0 is None else float(self.sigma0),
             "line_residuals": [
                 {
@@ -270,6 +299,7 @@ class Solution:
                 rival_T_world_target=data["rival_T_world_target"],
                 covariance=data["covariance"],
                 acquisition=None if data["acquisition"] is None else Acquisition(**data["acquisition"]),
+                dimensions=None if data["dimensions"] is None else LearnedDimensions(**data["dimensions"]),
                 sigma0=data["sigma0"],
                 line_residuals=tuple(LineResidual(**line) for line in data["line_residuals"]),
                 view_lines={int(camera): lines for camera, lines in data["view_lines"].items()},

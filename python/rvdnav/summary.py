@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rvdnav.solution import TOTAL, Solution
+from rvdnav.solution import TOTAL, LearnedDimensions, Solution
 
 
 def median_sigmas(solutions: Sequence[Solution]) -> tuple[float, float] | None:
@@ -36,3 +36,16 @@ def median_frame_time(solutions: Sequence[Solution]) -> float | None:
     """Median seconds of the whole process call; None where no solution carries it."""
     totals = [s.stage_times[TOTAL] for s in solutions if TOTAL in s.stage_times]
     return float(np.median(totals)) if totals else None
+
+
+def learned_dimensions(solutions: Sequence[Solution]) -> LearnedDimensions | None:
+    """What was known in the end of the size of a target of unknown dimensions."""
+    return next((s.dimensions for s in reversed(solutions) if s.dimensions is not None), None)
+
+
+def dimension_rows(dimensions: LearnedDimensions) -> list[tuple[str, str, str]]:
+    """Name, size and standard deviation, mm, as texts."""
+    return [
+        (name.replace("_", " "), f"{1e3 * size:.2f}", f"{1e3 * dimensions.sigmas_m[name]:.2f}")
+        for name, size in dimensions.sizes_m.items()
+    ]

@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike
 from rvdnav.bracket import EDGE_NAMES, Bracket, tolerance
 from rvdnav.errors import InputError
 from rvdnav.pose.arrays import FloatArray, float_array
+from rvdnav.trapezoid import Trapezoid
 from rvdnav.yamlio import Section, read_yaml
 
 __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
 _METRES = {"m": 1.0, "mm": 1e-3}
 _MIN_SEPARATION_M = 1e-6
+_EXAMPLE = Trapezoid(0.2, 0.1, 0.15, 0.015, 0.015, 0.015)
+"""Stands for the shape of a bracket whose file gives no coordinates."""
 _FLATNESS = 1e-3
 """Smallest extent of the points across their main direction, as a fraction of the extent along it."""
 
@@ -96,6 +99,18 @@ class Target:
         outer, inner = _bracket_names(self.lines, self.bars)
         return Bracket([self.points[name] for name in outer], [self.points[name] for name in inner], self.bar_thickness)
 
+    def resized(self, shape: Trapezoid) -> Target:
+        """The same bracket with these sizes, as known ones; where its bars have no thickness, with half of their width
+        in its place, which allows for side faces as deep as that.
+
+        Raises ValueError for a target that is no bracket and sizes that make none.
+        """
+        if self.bracket is None:
+            raise ValueError(f"target {self.name} is no four-bar bracket")
+        thickness = self.bar_thickness or 0.5 * min(shape.long_base_width, shape.short_base_width, shape.leg_width)
+        points = _bracket_points(self.lines, self.bars, shape)
+        return attrs.evolve(self, points=points, bar_thickness=thickness, dimensions_known=True)
+
     def _check_points(self) -> None:
         if len(self.points) < 3:
             raise ValueError("fewer than three points")
@@ -153,6 +168,14 @@ def _bracket_names(
     return outer, tuple(beside[name].pop() for name in outer)
 
 
+def _bracket_points(
+    lines: Mapping[str, tuple[str, str]], bars: Iterable[Bar], shape: Trapezoid
+) -> dict[str, FloatArray]:
+    """Positions of a bracket's points for a shape.  Raises ValueError where lines and bars form no bracket."""
+    names = _bracket_names(lines, bars)
+    return dict(zip((*names[0], *names[1]), np.concatenate(shape.apexes), strict=True))
+
+
 def load_target(path: str | Path) -> Target:
     """The target that a `target.yaml` describes.
 
@@ -167,24 +190,50 @@ def load_target(path: str | Path) -> Target:
     edges = section.text_lists("edges") if "edges" in section else []
     if not bars and not edges:
         raise InputError(f"{path}: neither bars nor edges")
-    points = section.section("points")
-    lines = section.section("lines") if "lines" in section else None
+    known = _read_dimensions(section)
+    lines_section = section.section("lines") if "lines" in section else None
+    lines = {name: _pair(lines_section, name) for name in lines_section} if lines_section is not None else {}
+    thick = bool(bars) and (known or "bar_thickness" in section)
     try:
         target = Target(
             name=section.text("name"),
-            points={name: scale * points.numbers(name, 3) for name in points},
-            lines={name: _pair(lines, name) for name in lines} if lines is not None else {},
+            points=_read_points(section, scale) if known else _placeholder_points(section, lines, bars),
+            lines=lines,
             bars=bars,
-            bar_thickness=scale * section.number("bar_thickness") if bars else 0.0,
+            bar_thickness=scale * section.number("bar_thickness") if thick else 0.0,
             edges=[_as_pair(section, "edges", ends) for ends in edges],
             faces=section.text_lists("faces") if "faces" in section else (),
-            dimensions_known=_read_dimensions(section),
+            dimensions_known=known,
         )
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
-    if target.bracket is not None:
+    if known and target.bracket is not None:
         _check_sizes(section, scale, target.bracket)
     return target
+
+
+def _read_points(section: Section, scale: float) -> dict[str, FloatArray]:
+    points = section.section("points")
+    return {name: scale * points.numbers(name, 3) for name in points}
+
+
+def _placeholder_points(
+    section: Section, lines: Mapping[str, tuple[str, str]], bars: Iterable[Bar]
+) -> dict[str, FloatArray]:
+    """Of a bracket of unknown size: an example of its shape.  The file's points are looked at for their names alone.
+
+    Raises InputError for lines and bars that form no bracket and points that are none of its corners.
+    """
+    if not {"l1", "l2", "l3", "l4"} <= lines.keys():
+        raise section.fault("dimensions", "can be unknown only for a four-bar bracket with lines l1, l2, l3, l4")
+    points = _bracket_points(lines, bars, _EXAMPLE)
+    if "points" in section:
+        named = section.values["points"]
+        names = section.texts("points") if isinstance(named, list) else tuple(section.section("points"))
+        others = sorted(set(names) - points.keys())
+        if others:
+            raise section.fault("points", f"has {others[0]!r}, which is no corner of the bracket of unknown dimensions")
+    return points
 
 
 def _pair(section: Section, key: str) -> tuple[str, str]:

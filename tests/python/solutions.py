@@ -79,6 +79,7 @@ class Scripted:
     """A navigator that gives the made-up run of 8 frames, so that what calls it is tested alone."""
 
     memory = None
+    learned_target = None
 
     def __init__(self, rig, target):
         self.run = None

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 
+import attrs
 import cv2
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from rvdnav.blackbox.digests import write_digests
 from rvdnav.cli.app import execute
 from rvdnav.output import read_solutions
 from rvdnav.sequence import open_sequence, read_tum, write_tum
-from rvdnav.solution import Reason, Solution, State
+from rvdnav.solution import LearnedDimensions, Reason, Solution, State
 from solutions import FRAMES, Scripted, true_poses
 
 
@@ -95,6 +96,22 @@ def test_run_with_truth_reports_errors_and_evaluate_agrees(sequence, tmp_path, c
     assert "mean NEES / 6" in text
     assert all(len(line) <= 80 for line in text.splitlines() if "plots:" not in line)
     assert "Errors and 3σ band" in (out / "evaluation.html").read_text()
+
+
+def test_learnt_dimensions_are_told(sequence, tmp_path, monkeypatch, capsys):
+    class Learning(Scripted):
+        def process(self, frame):
+            learned = LearnedDimensions({"long_base": 0.18012}, {"long_base": 1.4e-4}, 5, known=False)
+            return attrs.evolve(super().process(frame), dimensions=learned)
+
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Learning)
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 0
+    text = capsys.readouterr().out
+    for words in ("Dimensions learnt from 5 frames", "long base", "180.12", "0.14", "not yet known well enough"):
+        assert words in text
+    page = (tmp_path / "out" / "report.html").read_text()
+    for words in ("Dimensions learnt", "<td>180.12</td><td>0.14</td>", "not yet enough"):
+        assert words in page
 
 
 def test_faults_change_what_the_navigator_is_given(sequence, tmp_path, monkeypatch):

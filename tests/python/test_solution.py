@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from rvdnav.errors import InputError
-from rvdnav.solution import LineResidual, Mode, Reason, Solution, State
+from rvdnav.solution import LearnedDimensions, LineResidual, Mode, Reason, Solution, State
 from scipy.spatial.transform import Rotation
 
 
@@ -43,6 +43,7 @@ def test_json_round_trip_is_exact(rotation, position, reasons, timestamp_ns):
         predicted_T_world_target=pose(),
         smoothed_T_world_target=pose((0, 0, 1)),
         reasons=reasons,
+        dimensions=LearnedDimensions({"long_base": 0.18}, {"long_base": 1e-4}, 3, known=True),
         sigma0=0.93,
         line_residuals=(LineResidual(1, "l1_outer", True, 31, 0.04, -0.01), LineResidual(0, "l2_inner", False, 0)),
         view_lines={1: [[0.1, 2, 3, 4]], 0: np.zeros((2, 4))},
@@ -51,6 +52,12 @@ def test_json_round_trip_is_exact(rotation, position, reasons, timestamp_ns):
     again = Solution.from_json(json.loads(json.dumps(solution.to_json(), allow_nan=False)))
     assert again == solution
     assert again.stage_times == solution.stage_times
+
+
+@pytest.mark.parametrize("sigmas", [{"long_base": 0.0}, {"long_base": np.nan}, {"height": 1e-4}])
+def test_learnt_dimensions_that_are_none(sigmas):
+    with pytest.raises(ValueError, match=r"not positive|names"):
+        LearnedDimensions({"long_base": 0.18}, sigmas, 3, known=True)
 
 
 def test_json_differs_where_the_solution_differs():

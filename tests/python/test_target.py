@@ -8,6 +8,7 @@ import yaml
 from conftest import TARGET
 from rvdnav.errors import InputError
 from rvdnav.target import EDGE_NAMES, Bar, Target, load_target
+from rvdnav.trapezoid import Trapezoid
 
 BOX = """\
 name: box
@@ -99,6 +100,51 @@ def test_any_straight_edged_target(tmp_path: Path) -> None:
 def test_unknown_dimensions(tmp_path: Path) -> None:
     assert not load_target(write(tmp_path, TARGET + "dimensions: unknown\n")).dimensions_known
     assert load_target(write(tmp_path, TARGET + "dimensions: known\n")).dimensions_known
+
+
+def without_coordinates(points: str) -> str:
+    """The bracket's file with only names and topology."""
+    kept = [
+        line for line in TARGET.splitlines() if not line.startswith(("  P", "  Q", "long_", "short_", "height", "bar_"))
+    ]
+    return "\n".join(kept).replace("points:", points) + "\ndimensions: unknown\n"
+
+
+@pytest.mark.parametrize("points", ["points: [P1, P2, P3, P4, Q1, Q2, Q3, Q4]", "points: [Q1]", ""])
+def test_unknown_dimensions_need_names_and_topology_alone(tmp_path: Path, points: str) -> None:
+    target = load_target(write(tmp_path, without_coordinates(points)))
+    assert not target.dimensions_known
+    assert target.bar_thickness == 0.0
+    assert set(target.points) == {"P1", "P2", "P3", "P4", "Q1", "Q2", "Q3", "Q4"}
+    shape = Trapezoid(0.18, 0.09, 0.14, 0.014, 0.014, 0.014)
+    sized, known = target.resized(shape), load_target(write(tmp_path, TARGET))
+    assert sized.dimensions_known
+    assert sized.bar_thickness == pytest.approx(0.007)
+    for name, point in known.points.items():
+        np.testing.assert_allclose(sized.points[name], point, atol=1e-9)
+
+
+def test_sizes_beside_unknown_dimensions_are_not_read(tmp_path: Path) -> None:
+    text = TARGET.replace("long_base: 180.0", "long_base: 999").replace("[0.0, -90.0, 0.0]", "[1, 2, 3]")
+    target = load_target(write(tmp_path, text + "dimensions: unknown\n"))
+    assert target.bar_thickness == pytest.approx(0.006)
+    assert not np.allclose(target.points["P1"], [1e-3, 2e-3, 3e-3])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("points: []", "points: [P1, X]", "points has 'X', which is no corner"),
+        ("l2: [P3, P4]", "l5: [P3, P4]", "dimensions can be unknown only for a four-bar bracket"),
+        ("points: []", "points: 7", "points is not a mapping"),
+        ("outer: [P1, P2], inner", "outer: [P1, P3], inner", "0 bars lie along line l1"),
+    ],
+)
+def test_malformed_unknown_dimensions(tmp_path: Path, old: str, new: str, fault: str) -> None:
+    text = without_coordinates("points: []")
+    assert old in text
+    with pytest.raises(InputError, match=fault):
+        load_target(write(tmp_path, text.replace(old, new, 1)))
 
 
 @pytest.mark.parametrize("value", ["180.15", "180.0"])

@@ -24,6 +24,7 @@ from rvdnav.output import SMOOTHED, staged_directory, write_smoothed, write_solu
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
+from rvdnav.target import Target
 
 
 def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None, smoothed: bool = False) -> int:
@@ -40,7 +41,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
-        solutions = _process(sequence, options, staging / BLACK_BOXES)
+        solutions, target = _process(sequence, options, staging / BLACK_BOXES)
         boxes = black_boxes(staging, solutions)
         write_solutions(staging, solutions)
         if smoothed:
@@ -52,7 +53,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             solutions,
             truth=sequence.truth,
             evaluation=evaluation,
-            pictures=_pictures(sequence, solutions),
+            pictures=_pictures(sequence, target, solutions),
             black_boxes=boxes,
         )
     # What an earlier run left in the same folder and this one did not write.
@@ -70,7 +71,10 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
     return 0 if any(solution.published for solution in solutions) else 1
 
 
-def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> list[Solution]:
+def _process(
+    sequence: Sequence, options: dict[str, Any], directory: Path
+) -> tuple[list[Solution], Target]:
+    """The solutions, and the target with the dimensions that were learnt where they were unknown."""
     navigator = Navigator(sequence.rig, sequence.target, **options)
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
@@ -82,7 +86,7 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> li
             if notice not in told:
                 errors.print(f"rvdnav: note: {notice}", soft_wrap=True)
                 told.add(notice)
-    return solutions
+    return solutions, navigator.learned_target or sequence.target
 
 
 def _watched(sequence: Sequence, errors: Console) -> Iterator[Frame]:
@@ -102,10 +106,10 @@ def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | N
     return evaluate(solutions, truth)
 
 
-def _pictures(sequence: Sequence, solutions: list[Solution]) -> list[Picture]:
-    edges = partial(edge_mask, Core(sequence.rig, sequence.target))
+def _pictures(sequence: Sequence, target: Target, solutions: list[Solution]) -> list[Picture]:
+    edges = partial(edge_mask, Core(sequence.rig, target))
     drawn = [
-        draw_picture(sequence[index], solutions[index], sequence.rig, sequence.target, edges)
+        draw_picture(sequence[index], solutions[index], sequence.rig, target, edges)
         for index in strip_indices(len(sequence))
     ]
     return [picture for picture in drawn if picture is not None]

@@ -12,8 +12,8 @@ from rich.table import Table
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.faults import Fault, Response
 from rvdnav.reconstruction import Cloud
-from rvdnav.solution import Solution, State
-from rvdnav.summary import median_frame_time, median_sigmas
+from rvdnav.solution import LearnedDimensions, Solution, State
+from rvdnav.summary import dimension_rows, learned_dimensions, median_frame_time, median_sigmas
 
 console = Console(highlight=False, markup=False)
 """Results, on stdout."""
@@ -44,6 +44,22 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) 
     if seconds:
         table.add_row("median time per frame", f"{seconds * 1e3:.1f} ms ({1 / seconds:.1f} frames/s)")
     console.print(table)
+    dimensions = learned_dimensions(solutions)
+    if dimensions is not None:
+        _print_dimensions(dimensions)
+
+
+def _print_dimensions(dimensions: LearnedDimensions) -> None:
+    """The size of a target of unknown dimensions, as learnt in the end."""
+    table = Table(title=f"Dimensions learnt from {dimensions.frames} frames", title_justify="left")
+    table.add_column("dimension")
+    table.add_column("mm", justify="right")
+    table.add_column("sigma, mm", justify="right")
+    for row in dimension_rows(dimensions):
+        table.add_row(*row)
+    console.print(table)
+    if not dimensions.known:
+        console.print("not yet known well enough to navigate with one camera")
 
 
 def print_cloud(cloud: Cloud) -> None:

@@ -18,6 +18,7 @@ from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.seeker import Views, lines_of, see, seek
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.sizes import Sizes
 from rvdnav.navigator.two_fold import decide
 from rvdnav.navigator.windows import predicted_windows
 from rvdnav.pose import PoseError, PredictedPose, difference
@@ -50,6 +51,10 @@ class Attempt:
     frame: FrameResult
     images: Images
     measurement: Measurement | None = None
+    sizes: Sizes | None = None
+    """Of a target of unknown size: what would be known of it with this frame."""
+    anew: bool = False
+    """The sizes are from this frame alone, and the target was measured by them."""
 
     @property
     def passed(self) -> bool:
@@ -162,7 +167,7 @@ class Surveyor:
 
     def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
         frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
-        _add_times(times, frame)
+        add_times(times, frame)
         return frame
 
     def _refine(
@@ -231,7 +236,7 @@ def _unusable(view: Any) -> bool:
     )
 
 
-def _add_times(times: dict[str, float], frame: FrameResult) -> None:
+def add_times(times: dict[str, float], frame: FrameResult) -> None:
     """The stages' times: the slower of the two views, which run at once, plus the join."""
     stages: Mapping[str, int] = frame.stage_ns
     for stage, joined in stages.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from rvdnav.navigator.sizes import Sizes
 from rvdnav.pose import FilterState
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.solution import State
@@ -18,8 +19,9 @@ class Memory:
     frame, last_pose_ns of the last published one.  polarity (cameras, edges): of the edges as last published, see
     `Measurement.polarity`.  image_digests: of each camera's last image, None where there was none.  held_odds: while
     one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
-    calibration_part (6, 6): of the last published covariance, due to the calibration.  initial_pose (4, 4): given by
-    the caller and not yet confirmed by a published one, else None.
+    lasting_part (6, 6): of the last published covariance, what errs alike in all frames.  initial_pose (4, 4): given
+    by the caller and not yet confirmed by a published one, else None.  sizes: of a target of unknown size, None before
+    it was first seen.
     """
 
     state: State
@@ -28,9 +30,10 @@ class Memory:
     last_pose_ns: int
     polarity: IntArray
     image_digests: tuple[bytes | None, ...]
-    calibration_part: FloatArray
+    lasting_part: FloatArray
     held_odds: float | None = None
     initial_pose: FloatArray | None = None
+    sizes: Sizes | None = None
 
     @classmethod
     def blank(cls, cameras: int, edges: int) -> Memory:

@@ -21,12 +21,13 @@ from rvdnav.navigator.memory import Memory
 from rvdnav.navigator.repeats import image_digest, repeats
 from rvdnav.navigator.residuals import line_residuals
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.transitions import next_state
 from rvdnav.pose import ConstantVelocityFilter, PredictedPose
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
-from rvdnav.solution import TOTAL, Mode, Reason, Solution, State
+from rvdnav.solution import TOTAL, LearnedDimensions, Mode, Reason, Solution, State
 from rvdnav.target import Target
 
 _MISSING = (Reason.LEFT_MISSING, Reason.RIGHT_MISSING)
@@ -37,9 +38,10 @@ _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 class Navigator:
     """Follows a target through frames of two cameras or of one.
 
-    rig: one camera or two.  target: with straight edges of known dimensions.  initial_pose (4, 4): T_world_target at
-    the first frame, good to about 1 % of the range and 1.5 degrees; only a four-bar bracket is found without it.
-    Options are the fields of NavigatorSettings and of the core's configuration (rvdnav_config), by name.
+    rig: one camera or two.  target: with straight edges; a four-bar bracket's dimensions may be unknown, two cameras
+    measure them.  initial_pose (4, 4): T_world_target at the first frame, good to about 1 % of the range and 1.5
+    degrees; only a four-bar bracket is found without it.  Options are the fields of NavigatorSettings and of the core's
+    configuration (rvdnav_config), by name.
 
     Every solution is this frame's own measurement or none: a pose is published only if it passed every gate.  A frame
     with one usable image is measured by that alone, from the target's known size.
@@ -49,14 +51,17 @@ class Navigator:
 
     def __init__(self, rig: Rig, target: Target, *, initial_pose: FloatArray | None = None, **options: Any) -> None:
         model = edge_model(target)
-        if len(model) < _MIN_EDGES or not target.dimensions_known:
-            raise InputError(f"target {target.name}: navigation needs {_MIN_EDGES} edges or more of known dimensions")
+        if len(model) < _MIN_EDGES:
+            raise InputError(f"target {target.name}: navigation needs {_MIN_EDGES} edges or more")
+        if not (target.dimensions_known or (rig.is_stereo and target.bracket is not None)):
+            raise InputError(f"target {target.name}: measuring its unknown dimensions needs a bracket and two cameras")
         names = {field.name for field in attrs.fields(NavigatorSettings)}
         self._settings = NavigatorSettings(**{k: v for k, v in options.items() if k in names})
         self._rig = rig
         self._model = model
-        core = Core(rig, target, **{k: v for k, v in options.items() if k not in names})
-        self._surveyor = Surveyor(core, rig, model, self._settings)
+        config = {k: v for k, v in options.items() if k not in names}
+        self._sizing = None if target.dimensions_known else SizingSurveyor(rig, target, self._settings, **config)
+        self._surveyor = self._sizing or Surveyor(Core(rig, target, **config), rig, model, self._settings)
         self._calibration = CalibrationEffect.of(rig) if rig.calibration_covariance is not None else None
         self._filter = ConstantVelocityFilter()
         given = None if initial_pose is None else checked_pose(initial_pose, model, rectified_cameras(rig))
@@ -65,12 +70,20 @@ class Navigator:
     @property
     def memory(self) -> Memory:
         """What it carries to the next frame; set it to go on where another navigator left off."""
-        return attrs.evolve(self._memory, filter_state=self._filter.state)
+        sizes = None if self._sizing is None else self._sizing.sizes
+        return attrs.evolve(self._memory, filter_state=self._filter.state, sizes=sizes)
 
     @memory.setter
     def memory(self, memory: Memory) -> None:
         self._memory = memory
         self._filter.state = memory.filter_state
+        if self._sizing is not None:
+            self._sizing.sizes = memory.sizes
+
+    @property
+    def learned_target(self) -> Target | None:
+        """Of a target of unknown dimensions: with those learnt so far, None before there are any."""
+        return None if self._sizing is None else self._sizing.target
 
     def process(self, frame: Frame) -> Solution:
         """The solution of the next frame.  Raises CoreError if the core refuses the frame's images."""
@@ -178,11 +191,16 @@ class Navigator:
         start: float,
     ) -> Solution:
         predicted = self._prediction(timestamp_ns)
-        # The calibration errs alike in all frames: the filter, which takes errors for independent, isn't told of it.
+        # Calibration and learnt sizes err alike in all frames: the filter, which takes errors for independent, isn't
+        # told of them.
         self._update_filter(timestamp_ns, measurement.pose.T_world_target, measurement.pose.covariance)
+        lasting = np.zeros((6, 6))
         if self._calibration is not None:
-            part = self._calibration.pose_covariance(measurement.pose, measurement.lines)
-            self._remember(calibration_part=part)
+            lasting += self._calibration.pose_covariance(measurement.pose, measurement.lines)
+        if self._sizing is not None:
+            lasting += self._sizing.size_part(attempt)
+            self._sizing.sizes = attempt.sizes or self._sizing.sizes
+        self._remember(lasting_part=lasting)
         state = next_state(self._memory.state, measured=True, coast_expired=False)
         self._remember(
             state=state,
@@ -202,13 +220,18 @@ class Navigator:
             predicted_T_world_target=None if predicted is None else predicted.T_world_target,
             smoothed_T_world_target=self._filter.smoothed.T_world_target,
             rival_T_world_target=measurement.rival,
-            covariance=measurement.pose.covariance + self._memory.calibration_part,
+            covariance=measurement.pose.covariance + self._memory.lasting_part,
             acquisition=attempt.acquisition,
+            dimensions=self._learned_dimensions(),
             line_residuals=line_residuals(measurement, self._model),
             sigma0=measurement.pose.sigma0,
             view_lines=attempt.segments,
             stage_times=times,
         )
+
+    def _learned_dimensions(self) -> LearnedDimensions | None:
+        sizes = None if self._sizing is None else self._sizing.sizes
+        return None if sizes is None else sizes.report()
 
     def _update_filter(self, timestamp_ns: int, T_world_target: FloatArray, covariance: FloatArray) -> None:
         if self._prediction(timestamp_ns) is None or self._memory.initial_pose is not None:
@@ -237,8 +260,9 @@ class Navigator:
             reasons=reasons,
             predicted_T_world_target=None if prediction is None else prediction.T_world_target,
             rival_T_world_target=rival,
-            covariance=None if prediction is None else prediction.covariance + self._memory.calibration_part,
+            covariance=None if prediction is None else prediction.covariance + self._memory.lasting_part,
             acquisition=None if attempt is None else attempt.acquisition,
+            dimensions=self._learned_dimensions(),
             view_lines={} if attempt is None else attempt.segments,
             stage_times=times,
         )

@@ -16,8 +16,9 @@ from rvdnav.report.health import stage_figure, timeline_figure
 from rvdnav.report.lost import lost_table
 from rvdnav.report.motion import error_figure, pose_figure
 from rvdnav.report.strip import Picture
-from rvdnav.report.tables import headline_tiles, picture_caption, range_table
+from rvdnav.report.tables import dimension_table, headline_tiles, picture_caption, range_table
 from rvdnav.solution import Solution
+from rvdnav.summary import learned_dimensions
 
 
 def write_report(
@@ -46,6 +47,9 @@ def write_report(
         sections.append(section("Target lost", lost))
     if evaluation is not None:
         sections.insert(0, section("Errors by range", range_table(evaluation)))
+    dimensions = learned_dimensions(solutions)
+    if dimensions is not None:
+        sections.append(section("Dimensions learnt", dimension_table(dimensions)))
     if any(solution.stage_times for solution in solutions):
         sections.append(section("Time per stage", figure_html(stage_figure(solutions), "stages")))
     if pictures:

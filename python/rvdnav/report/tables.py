@@ -9,8 +9,8 @@ import numpy as np
 
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.report.strip import Picture
-from rvdnav.solution import Solution
-from rvdnav.summary import median_frame_time, median_sigmas
+from rvdnav.solution import LearnedDimensions, Solution
+from rvdnav.summary import dimension_rows, median_frame_time, median_sigmas
 
 
 def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None) -> str:
@@ -66,6 +66,17 @@ def _quantile_cells(quantiles: Quantiles | None, scale: float) -> list[str]:
     if quantiles is None:
         return ["–"] * 3
     return [f"{value * scale:.3f}" for value in (quantiles.median, quantiles.p95, quantiles.max)]
+
+
+def dimension_table(dimensions: LearnedDimensions) -> str:
+    """The sizes that were learnt, with their standard deviations."""
+    head = "<tr><th>dimension</th><th>size, mm</th><th>σ, mm</th></tr>"
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in dimension_rows(dimensions)
+    )
+    known = "enough to navigate with one camera" if dimensions.known else "not yet enough to navigate with one camera"
+    note = f'<p class="legend">As known at the end, from {dimensions.frames} frames: {known}.</p>'
+    return f'{note}<div class="scroll"><table><thead>{head}</thead><tbody>{rows}</tbody></table></div>'
 
 
 def picture_caption(picture: Picture, solution: Solution, start_ns: int) -> str:
