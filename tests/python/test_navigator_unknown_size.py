@@ -22,6 +22,7 @@ from drawn_scene import (
     wide_rig,
 )
 from rvdnav import Frame, Navigator, Rig, Target, open_sequence
+from rvdnav.blackbox import exact
 from rvdnav.errors import InputError
 from rvdnav.evaluation import pose_error
 from rvdnav.solution import LearnedDimensions, Mode, Reason, Solution, State
@@ -151,7 +152,7 @@ def test_a_snapshot_of_the_memory_goes_on_to_the_same_bits() -> None:
     shown = [frame for frame, _ in frames(rig, target, 4)]
     for frame in shown[:2]:
         navigator.process(frame)
-    replay.memory = navigator.memory
+    replay.memory = exact.from_json(json.loads(json.dumps(exact.to_json(navigator.memory))))
     for frame in shown[2:]:
         first, second = (without_times(each.process(frame)) for each in (navigator, replay))
         assert first == second

@@ -71,9 +71,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
     return 0 if any(solution.published for solution in solutions) else 1
 
 
-def _process(
-    sequence: Sequence, options: dict[str, Any], directory: Path
-) -> tuple[list[Solution], Target]:
+def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tuple[list[Solution], Target]:
     """The solutions, and the target with the dimensions that were learnt where they were unknown."""
     navigator = Navigator(sequence.rig, sequence.target, **options)
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
