@@ -16,7 +16,7 @@ from rvdnav.budget.requirement import Improvement
 from rvdnav.budget.sweep import Cell, Sigma, Sweep
 
 _NONE = "–"
-BOARD = f"{VIEWS} stereo views of a board with corners to {CORNER_SIGMA_PX:g} px give"
+BOARD = f"{VIEWS} views of a board with corners to {CORNER_SIGMA_PX:g} px give"
 CORRELATED = (
     "The errors of a calibration are correlated and partly cancel: parameters by themselves can weigh more than all "
     "together."
