@@ -54,10 +54,13 @@ quiet_pip() {
   "$venv/bin/python" -m pip --quiet --quiet --disable-pip-version-check install "$@"
 }
 
-# What the installed package was made from.
+# What the installed package was made from: the compiled part's files, and which Python files there are.
 source_stamp() {
-  (cd "$root" && find pyproject.toml CMakeLists.txt cmake csrc include python/CMakeLists.txt -type f -print0 |
-    sort -z | xargs -0 sha256sum | sha256sum)
+  (cd "$root" && {
+    find pyproject.toml CMakeLists.txt cmake csrc include python/CMakeLists.txt -type f -print0 |
+      sort -z | xargs -0 sha256sum
+    find python/rvdnav -name '*.py' | sort
+  } | sha256sum)
 }
 
 # install_package [EXTRA]: the package in the virtual environment, Python files in place, compiled part up to date.
