@@ -59,6 +59,7 @@ DOCUMENTS = [
     "docs/simulation.md",
     "docs/budget.md",
     "docs/reconstruction.md",
+    "docs/calibration.md",
 ]
 
 

@@ -12,7 +12,7 @@ from rvdnav.camera import CameraModel
 from rvdnav.images import PixelArray
 from rvdnav.pose.arrays import BoolArray, FloatArray
 
-_MIN_SEEN = 12
+_MIN_SEEN = 8
 """Corners of a ChArUco board, or fitted ones of a chessboard."""
 _BORDER_SQUARES = 1.5
 """A part of a board that ends this near to the image's border is cut off there."""

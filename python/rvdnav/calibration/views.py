@@ -16,6 +16,8 @@ from rvdnav.pose.arrays import FloatArray
 SIDES = ("left", "right")
 MIN_COMMON = 8
 """Corners that both cameras must see."""
+_MIN_SPREAD = 0.3
+"""Standard deviation of their places across, in squares; that of two rows is 0.5."""
 _BLUR_RATIO = 2.0
 _BLUR_FLOOR_PX = 1.2
 """Edges up to this sigma are never called blurred, however sharp the others are."""
@@ -103,9 +105,11 @@ def _find(pair: ImagePair, board: Board) -> View | Dropped:
             pair.name, fault if "there is no image" in fault else f"in the {other} image alone; {side}: {fault}"
         )
     view = View(pair.name, (images[0], images[1]), (corners[0], aligned(corners[1], corners[0], board)))
-    common = int(np.isfinite(view.uv).all(axis=(0, 2)).sum())
-    if common < MIN_COMMON:
-        return Dropped(pair.name, f"the cameras see only {common} corners in common")
+    common = board.points[np.isfinite(view.uv).all(axis=(0, 2))]
+    if len(common) < MIN_COMMON:
+        return Dropped(pair.name, f"the cameras see only {len(common)} corners in common")
+    if min(np.std(common[:, :2], axis=0)) < _MIN_SPREAD * board.square:
+        return Dropped(pair.name, "the corners that both cameras see lie in one line")
     return view
 
 
