@@ -36,12 +36,13 @@ class Association:
     """A pose with the lines that it was made of.
 
     T_world_target (4, 4).  chosen (g,): candidate of each edge in the order given, -1 for none.  log_likelihood: up to
-    a constant that all associations of a frame share.
+    a constant that all associations of a frame share.  half_rho: half-width of the widest window, px.
     """
 
     T_world_target: FloatArray
     chosen: IntArray
     log_likelihood: float
+    half_rho: float
 
 
 def associate(prediction: PredictedPose, candidates: list[EdgeCandidates], most: int) -> list[Association]:
@@ -113,4 +114,5 @@ def _distinct(
             kept.append(int(b))
         if len(kept) == most:
             break
-    return [Association(perturb(prediction.T_world_target, delta[b]), chosen[b], float(score[b])) for b in kept]
+    widest = max((edge.half_rho for edge in candidates), default=0.0)
+    return [Association(perturb(prediction.T_world_target, delta[b]), chosen[b], float(score[b]), widest) for b in kept]

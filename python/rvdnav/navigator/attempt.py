@@ -38,6 +38,8 @@ _MIN_EDGE_PIXELS = 50
 _UNLIKELY = 8.0
 _AS_WELL_COVERED = 0.08
 _APART_SIGMAS = 5.0
+# Part of all profiles that must agree where prints far from the edges were in the windows.
+_WIDE_COVERAGE = 0.7
 _UNREFUTED = frozenset({Reason.COVARIANCE, Reason.AMBIGUOUS, Reason.NOT_CONVERGED})
 UNUSABLE = (Reason.LEFT_UNUSABLE, Reason.RIGHT_UNUSABLE)
 """Of the left and of the right camera."""
@@ -159,7 +161,10 @@ class Surveyor:
             if passed and association.log_likelihood < found[0][0].log_likelihood - _UNLIKELY:
                 break
             prior = association.T_world_target
-            attempts.append(self._refine(frame, images, prior, polarity, prediction, earlier_odds, times))
+            attempt = self._refine(frame, images, prior, polarity, prediction, earlier_odds, times)
+            if association.half_rho > self._settings.window_max_rho_px and _covered(attempt) < _WIDE_COVERAGE:
+                attempt = attrs.evolve(attempt, reasons=attempt.reasons | {Reason.TOO_FEW_LINES})
+            attempts.append(attempt)
         return likeliest(attempts)
 
     def _nothing(self, views: Views, images: Images, reason: Reason) -> Attempt:

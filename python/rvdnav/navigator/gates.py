@@ -24,6 +24,9 @@ _SHOWN_PART = 0.6
 _EDGE_IMAGES = 4
 _SHIFT_PX = 0.1
 _MIN_EDGE_IMAGES = 4
+# Of any target's edges, and of all their profiles: with the borders of prints a solid can look like a smaller one.
+_MOST_EDGES = 0.7
+_MOST_PROFILES = 0.6
 
 
 def failed_gates(
@@ -84,7 +87,7 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
     shown = (measurement.coverage >= settings.edge_coverage) | (measurement.back_coverage >= settings.edge_coverage)
     expected = measurement.sampled.attempted >= _MIN_PROFILES
     if model.bracket is None:
-        return _most_shown(shown, expected) and measurement.total_coverage >= settings.min_coverage
+        return _most_shown(shown, expected) and measurement.total_coverage >= max(settings.min_coverage, _MOST_PROFILES)
     # At close range parts of the target are beyond the images' borders: a view cannot show more than it holds.
     least = np.minimum(settings.min_edges, np.ceil(_SHOWN_PART * expected.sum(axis=1)))
     seen = measurement.seen
@@ -101,7 +104,7 @@ def _most_shown(shown: BoolArray, expected: BoolArray) -> bool:
     Three edges fit any three lines: without a fourth one nothing would contradict a wrong pose.
     """
     shown = shown & expected
-    least = np.ceil(_SHOWN_PART * expected.sum(axis=1))
+    least = np.ceil(_MOST_EDGES * expected.sum(axis=1))
     return bool((shown.sum(axis=1) >= least).all() and shown.sum() >= _MIN_EDGE_IMAGES)
 
 

@@ -153,8 +153,9 @@ class Navigator:
             tracked = self._surveyor.track(images, prediction, self._memory.polarity, odds, times)
             if tracked is not None:
                 tracked = self._against(prediction, timestamp_ns, tracked)
-                decided = tracked.passed or Reason.AMBIGUOUS in tracked.reasons or tracked.unusable
-                if decided or self._model.bracket is None:
+                if self._model.bracket is None:
+                    return self._track_loosely(timestamp_ns, images, tracked, times)
+                if tracked.passed or Reason.AMBIGUOUS in tracked.reasons or tracked.unusable:
                     return tracked
         # What the images have not confirmed yet doesn't speak against what they show elsewhere.
         unconfirmed = self._memory.held_odds is not None or self._memory.initial_pose is not None
@@ -166,6 +167,21 @@ class Navigator:
         if not searched.passed and tracked is not None and tracked.measurement is not None:
             return tracked
         return searched
+
+    def _track_loosely(self, timestamp_ns: int, images: Images, tracked: Attempt, times: dict[str, float]) -> Attempt:
+        """What cannot be sought in the whole images is sought farther around, whatever its velocity was."""
+        if tracked.passed or tracked.unusable:
+            return tracked
+        before = self._filter.state
+        self._filter.loosen()
+        prediction = self._filter.predict(timestamp_ns)
+        attempt = self._surveyor.track(images, prediction, self._memory.polarity, self._memory.held_odds, times)
+        if attempt is not None:
+            attempt = self._against(prediction, timestamp_ns, attempt)
+            if attempt.passed:
+                return attempt
+        self._filter.state = before
+        return tracked
 
     def _against(self, prediction: PredictedPose, timestamp_ns: int, attempt: Attempt) -> Attempt:
         """The attempt, refused where the target cannot have come to its pose."""

@@ -77,6 +77,16 @@ class ConstantVelocityFilter:
         """Forget everything; the next update starts anew."""
         self.state = None
 
+    def loosen(self) -> None:
+        """Believe the velocity no better than at the start: the target has not moved as it did.
+
+        Raises PoseError before the first update.
+        """
+        state = self._started()
+        covariance = state.covariance.copy()
+        covariance[6:, 6:] += np.diag(np.repeat([_INITIAL_LINEAR_SIGMA, _INITIAL_ANGULAR_SIGMA], 3) ** 2)
+        self.state = FilterState(state.timestamp_ns, state.T, state.velocity, covariance)
+
     def predict(self, timestamp_ns: int) -> PredictedPose:
         """The pose expected at a time not before the last update; the filter itself stays where it is.
 
