@@ -83,6 +83,16 @@ def surfaces(target: Target, seed: int = 3) -> list[Surface]:
     ]
 
 
+def panel_surfaces(target: Target, seed: int = 3) -> list[Surface]:
+    """Both sides of `panel_target`: a print over three cells, of which the middle one is darker."""
+    front, back = surfaces(target, seed)
+    cells = (_box(0.0, 1.0 / 3.0, 1.0, 2.0 / 3.0), _box(1.0 / 3.0, 0.0, 2.0 / 3.0, 1.0))
+    return [
+        attrs.evolve(side, prints=((cell, 0.75 * side.grey), *side.prints))
+        for side, cell in zip((front, back), cells, strict=True)
+    ]
+
+
 def frame_surfaces(target: Target) -> list[Surface]:
     """Both sides of `frame_target`."""
     outer, inner = (np.array([target.points[f"{name}{i}"] for i in range(1, 5)]) for name in "PQ")

@@ -154,6 +154,19 @@ def test_a_long_run_keeps_a_rotation_and_a_positive_covariance() -> None:
     assert np.linalg.eigvalsh(smoothed.covariance)[0] > 0.0
 
 
+def test_loosening_lets_the_next_pose_decide_the_velocity() -> None:
+    second, accurate = 10**9, np.eye(6) * 1e-10
+    poses = [make_T(np.eye(3), np.array([1.0 - 0.1 * k, 0.0, 0.0])) for k in range(4)]
+    tracker = ConstantVelocityFilter()
+    for k, T in enumerate(poses):
+        tracker.update(k * second // 8, T, accurate)
+    tracker.loosen()
+    np.testing.assert_allclose(tracker.linear_velocity, [-0.8, 0.0, 0.0], atol=1e-3)
+    assert tracker.predict(second // 2).covariance[0, 0] > (0.3 / 8) ** 2
+    tracker.update(second // 2, poses[-1], accurate)
+    np.testing.assert_allclose(tracker.linear_velocity, np.zeros(3), atol=0.01)
+
+
 def test_reset_forgets() -> None:
     tracker = run(5)
     tracker.reset()
