@@ -12,12 +12,12 @@ from rvdnav.solution import LearnedDimensions
 from rvdnav.trapezoid import DIMENSIONS, Trapezoid
 
 # Part of a frame's variance that is the same in all frames: light on the side faces, lens remains, lasting offsets.
-_COMMON = 0.5
+_COMMON = 0.3
 # By what the two edges that bound a size are displaced towards each other by light and blur, px.
 _EDGE_SIGMA_PX = 0.05
 # What no number of frames tells, m and as a part of the size: the calibration's share.
-_FLOOR_M = 2e-5
-_FLOOR_PART = 3e-4
+_FLOOR_M = 1e-5
+_FLOOR_PART = 1e-4
 # Known well enough for all that needs the size: standard deviations as parts of the long base, of bases and height and
 # of the bars' widths, on which a pose depends less; and frames behind it.
 _KNOWN_PART = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]) / 300.0

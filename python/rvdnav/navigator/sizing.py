@@ -153,7 +153,7 @@ class SizingSurveyor:
         config = self._blind.config
         gate = (config.range_min, config.range_max)
         candidates = bracket_candidates(left, right, self._cameras, self._rig.baseline, gate)
-        times["frames"] = times.get("frames", 0.0) + time.perf_counter() - start
+        times["bar frames"] = times.get("bar frames", 0.0) + time.perf_counter() - start
         measured = [self._measured(candidate, images, times) for candidate in candidates.brackets[:_MAX_MEASURED]]
         passed = [attempt for attempt in measured if attempt is not None and attempt.passed]
         if not passed:
