@@ -3,40 +3,43 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "lens.hpp"
+#include "step_fit.hpp"
 
 namespace rvdnav {
 namespace {
 
-constexpr double kSpacing = 0.5;  // pixels between the grey values of a profile
-constexpr int32_t kMaxPoints = 2 * 24 + 1;
-static_assert(2.0 * kMaxHalfWidth / kSpacing + 1.0 <= kMaxPoints, "profile does not fit");
-constexpr double kFitReach = 1.6;  // the step's own neighbourhood, pixels to both sides
-constexpr int32_t kIterations = 6;
-constexpr double kMinContrast = 4.0;   // grey levels
-constexpr double kMinSignal = 4.0;     // contrast over the residual's standard deviation
-constexpr double kTypicalNoise = 2.0;  // grey levels, of one value
-constexpr double kSigmaSpread = 0.3;   // of the blur from edge to edge, as a fraction
-constexpr double kMinNoise = 0.7;      // grey levels: quantisation and read noise
-// Linear interpolation widens the step: the variance of its triangle kernel, averaged over the phase, in pixels^2.
-constexpr double kInterpolationVariance = 1.0 / 6.0;
+constexpr double kMinContrast = 4.0;  // grey levels
+// Beyond the half-width a step's surroundings are seen too, where the step's slopes are estimated.
+constexpr double kSurround = 1.5;  // pixels
+static_assert(2.0 * (kMaxHalfWidth + kSurround) / kProfileSpacing + 1.0 <= kMaxProfilePoints, "profile does not fit");
+// Weights of four neighbouring values at a part a in [0, 1) between the middle two.
+void cubic_weights(double a, double* w) {
+  const double b = 1.0 - a;
+  w[0] = -0.5 * a * b * b;
+  w[1] = b * (1.0 + a - 1.5 * a * a);
+  w[2] = a * (1.0 + b - 1.5 * b * b);
+  w[3] = -0.5 * a * a * b;
+}
 
-struct Profile {
-  double t[kMaxPoints];
-  double grey[kMaxPoints];
-  int32_t count;
-};
-
+// Cubic convolution (R. G. Keys, 1981), which keeps the blur of a step, and its place at every phase of the pixels.
 double interpolate(const GreyView& image, double u, double v) {
   const int32_t x = static_cast<int32_t>(u);
   const int32_t y = static_cast<int32_t>(v);
-  const double a = u - x;
-  const double b = v - y;
-  const uint8_t* p = image.row(y) + x;
-  const uint8_t* q = p + image.stride;
-  return (1.0 - b) * ((1.0 - a) * p[0] + a * p[1]) + b * ((1.0 - a) * q[0] + a * q[1]);
+  double across[4];
+  double down[4];
+  cubic_weights(u - x, across);
+  cubic_weights(v - y, down);
+  const int32_t left = std::max(x - 1, 0);
+  const int32_t right = std::min(x + 2, image.width - 1);
+  double sum = 0.0;
+  for (int32_t k = 0; k < 4; ++k) {
+    const uint8_t* row = image.row(std::clamp(y - 1 + k, 0, image.height - 1));
+    sum += down[k] * (across[0] * row[left] + across[1] * row[x] + across[2] * row[x + 1] + across[3] * row[right]);
+  }
+  return sum;
 }
 
 // Grey values across the edge at a rectified point; the lens is taken as straight between the middle and either end.
@@ -51,10 +54,10 @@ bool sample_profile(const rvdnav_rig& rig, int32_t camera, const GreyView& image
     // Written so that a NaN fails.
     if (!(u[i] >= 0.0 && v[i] >= 0.0 && u[i] < image.width - 1 && v[i] < image.height - 1)) return false;
   }
-  const int32_t half = static_cast<int32_t>(half_width / kSpacing);
+  const int32_t half = static_cast<int32_t>(half_width / kProfileSpacing);
   profile->count = 2 * half + 1;
   for (int32_t i = -half; i <= half; ++i) {
-    const double t = i * kSpacing;
+    const double t = i * kProfileSpacing;
     const int32_t end = i < 0 ? 0 : 2;
     const double w = std::abs(t) / half_width;
     profile->t[i + half] = t;
@@ -68,6 +71,7 @@ bool find_start(const Profile& profile, int32_t polarity, double half_width, dou
   double best = 0.0;
   constexpr int32_t kReach = 2;
   for (int32_t i = kReach; i < profile.count - kReach; ++i) {
+    if (std::abs(profile.t[i]) > half_width - 0.5 * kReach) continue;
     const double slope = profile.grey[i + kReach] - profile.grey[i - kReach];
     if (polarity != 0 && slope * polarity <= 0.0) continue;
     const double x = profile.t[i] / half_width;
@@ -77,69 +81,6 @@ bool find_start(const Profile& profile, int32_t polarity, double half_width, dou
     *t0 = profile.t[i];
   }
   return best >= kMinContrast;
-}
-
-struct Step {
-  double t0, contrast, sigma;
-};
-
-// Gauss-Newton for grey = base + contrast * Phi((t - t0) / sigma) around t0.  The blur is a parameter too, held near
-// the expected one where the noise hides it: a wrong blur would pull the step towards the side with the more uneven
-// grey.
-bool fit_step(const Profile& profile, double expected_sigma, double half_width, double t0, Step* step) {
-  constexpr double kInvSqrt2 = 0.70710678118654752;
-  constexpr double kInvSqrt2Pi = 0.39894228040143268;
-  const double reach = std::max(kFitReach, 1.8 * expected_sigma);
-  const double prior = kTypicalNoise * kTypicalNoise / (kSigmaSpread * kSigmaSpread * expected_sigma * expected_sigma);
-  double sigma = expected_sigma;
-  double contrast = 0.0;
-  for (int32_t iteration = 0; iteration < kIterations; ++iteration) {
-    // base and contrast are linear: solve for them and the changes of t0 and sigma at once.
-    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d b = Eigen::Vector4d::Zero();
-    double square = 0.0;
-    double n = 0.0;
-    for (int32_t i = 0; i < profile.count; ++i) {
-      const double x = profile.t[i] - t0;
-      if (std::abs(x) > reach) continue;
-      const double z = x / sigma;
-      const double phi = 0.5 * std::erfc(-z * kInvSqrt2);
-      const double slope = contrast * kInvSqrt2Pi * std::exp(-0.5 * z * z) / sigma;
-      const Eigen::Vector4d J(1.0, phi, -slope, -slope * z);
-      N.noalias() += J * J.transpose();
-      b += J * profile.grey[i];
-      square += profile.grey[i] * profile.grey[i];
-      n += 1.0;
-    }
-    if (n < 6.0) return false;
-    if (iteration == 0) {
-      // The contrast is not known yet: t0 and sigma stay.
-      N(2, 2) = N(3, 3) = 1.0;
-    } else {
-      N(3, 3) += prior;
-      b(3) += prior * (expected_sigma - sigma);
-    }
-    Eigen::Matrix4d inverse;
-    bool invertible = false;
-    N.computeInverseWithCheck(inverse, invertible, 1e-12);
-    if (!invertible) return false;
-    const Eigen::Vector4d solution = inverse * b;
-    contrast = solution(1);
-    if (iteration == 0) continue;
-    const double shift = std::clamp(solution(2), -sigma, sigma);
-    t0 += shift;
-    sigma = std::clamp(sigma + solution(3), 0.6 * expected_sigma, 2.0 * expected_sigma);
-    if (std::abs(t0) > half_width - 1.0) return false;
-    if (std::abs(shift) > 1e-3 && iteration + 1 < kIterations) continue;
-    const double residual = std::max(square - solution.dot(b), 0.0) / std::max(n - 4.0, 1.0);
-    // Half of the profile's values are interpolated between the same pixels, hence the factor of two.
-    const double noise = std::sqrt(2.0 * residual + kMinNoise * kMinNoise);
-    step->t0 = t0;
-    step->contrast = contrast;
-    step->sigma = noise * std::sqrt(inverse(2, 2));
-    return std::abs(contrast) >= std::max(kMinContrast, kMinSignal * noise) && step->sigma < 1.0;
-  }
-  return false;
 }
 
 }  // namespace
@@ -153,7 +94,10 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
   *total = 0;
   if (!(length > 1e-6)) return 0;
   const Eigen::Vector2d normal(-span.y() / length, span.x() / length);
-  const double sigma = std::sqrt(settings.blur_sigma * settings.blur_sigma + kInterpolationVariance);
+  const double blur = settings.blur_sigma;
+  const Surroundings even = surroundings(0.0, blur);
+  const Surroundings sloped = surroundings(edge.face, blur);
+  const double sampled = settings.half_width + (edge.face == 0.0 ? 0.0 : kSurround);
   const int32_t n = std::max(static_cast<int32_t>(length / settings.step), 1);
   uint32_t count = 0;
   for (int32_t i = 0; i < n; ++i) {
@@ -162,18 +106,32 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
     Profile profile;
     double t0 = 0.0;
     Step step = {};
-    if (!sample_profile(rig, camera, image, p, normal, settings.half_width, &profile) ||
+    if (!sample_profile(rig, camera, image, p, normal, sampled, &profile) ||
         !find_start(profile, edge.polarity, settings.half_width, &t0) ||
-        !fit_step(profile, sigma, settings.half_width, t0, &step))
+        !fit_step(profile, blur, settings.half_width, even, {t0, 0.0, blur, 0.0, 0.0}, &step))
       continue;
     const int32_t polarity = step.contrast > 0.0 ? 1 : -1;
     if (edge.polarity != 0 && polarity != edge.polarity) continue;
     ++*total;
     if (count >= capacity) continue;
+    Step beside = {};
+    const bool known =
+        edge.face != 0.0 && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
+        beside.contrast * step.contrast > 0.0;
     const Eigen::Vector2d q = p + step.t0 * normal;
-    samples[count++] = {
-        edge_index, polarity, fraction, q.x(), q.y(), normal.x(), normal.y(), step.t0, std::abs(step.contrast),
-        step.sigma};
+    samples[count++] = {edge_index,
+                        polarity,
+                        fraction,
+                        q.x(),
+                        q.y(),
+                        normal.x(),
+                        normal.y(),
+                        step.t0,
+                        std::abs(step.contrast),
+                        step.sigma,
+                        step.blur,
+                        known ? beside.t0 - step.t0 : 0.0,
+                        known ? beside.slope : 0.0};
   }
   return count;
 }

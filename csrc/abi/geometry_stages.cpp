@@ -12,13 +12,14 @@ using namespace rvdnav;
 namespace {
 
 constexpr double kMinStep = 0.05;  // pixels; bounds the number of profiles
+constexpr double kMaxBlur = 10.0;  // pixels
 constexpr double kFar = 1e4;       // pixels; beyond every image
 
 bool is_near(double value) { return std::abs(value) <= kFar; }  // false for a NaN
 
 bool is_usable(const rvdnav_model_edge& edge) {
-  return is_near(edge.x0) && is_near(edge.y0) && is_near(edge.x1) && is_near(edge.y1) && edge.polarity >= -1 &&
-         edge.polarity <= 1;
+  return is_near(edge.x0) && is_near(edge.y0) && is_near(edge.x1) && is_near(edge.y1) && is_near(edge.face) &&
+         edge.polarity >= -1 && edge.polarity <= 1;
 }
 
 rvdnav_status check_stereo(const rvdnav_context* context) {
@@ -30,18 +31,20 @@ rvdnav_status check_stereo(const rvdnav_context* context) {
 
 rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                    const rvdnav_model_edge* edges, uint32_t edge_count, double half_width, double step,
-                                   rvdnav_edge_sample* samples, uint32_t capacity, uint32_t* count) {
+                                   double blur_sigma, rvdnav_edge_sample* samples, uint32_t capacity,
+                                   uint32_t* count) {
   RVDNAV_TRY(check_camera(context, camera));
   RVDNAV_TRY(check_image(context, image));
   if (count == nullptr || (edges == nullptr && edge_count > 0) || (samples == nullptr && capacity > 0)) {
     return RVDNAV_ERROR_NULL;
   }
   // Written so that a NaN fails.
-  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar)) {
+  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar &&
+        blur_sigma >= 0.0 && blur_sigma <= kMaxBlur)) {
     return RVDNAV_ERROR_ARGUMENT;
   }
   const Context& c = context->context;
-  const ProfileSettings settings = {half_width, step, c.config.blur_sigma};
+  const ProfileSettings settings = {half_width, step, blur_sigma > 0.0 ? blur_sigma : c.config.blur_sigma};
   uint32_t written = 0;
   uint32_t total = 0;
   for (uint32_t i = 0; i < edge_count; ++i) {

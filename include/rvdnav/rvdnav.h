@@ -39,7 +39,7 @@ extern "C" {
 #endif
 
 enum {
-  RVDNAV_ABI_VERSION = 1,
+  RVDNAV_ABI_VERSION = 2,
   RVDNAV_CAMERAS = 2,
   RVDNAV_BARS = 4,              /* l1, l2, l3, l4 */
   RVDNAV_EDGES = 8,             /* l1 outer, l1 inner, l2 outer, ... l4 inner */
@@ -222,7 +222,9 @@ typedef struct rvdnav_line {
 /* A straight model edge to be measured in the raw grey values, given in rectified coordinates. */
 typedef struct rvdnav_model_edge {
   double x0, y0, x1, y1;
-  int32_t polarity; /* +1: brighter towards the normal (-(y1-y0), x1-x0), -1: darker, 0: either */
+  double face;      /* width, pixels, of the even face that it bounds: positive where that lies towards the normal
+                       (-(y1-y0), x1-x0), negative where away from it; 0: unknown */
+  int32_t polarity; /* +1: brighter towards the normal, -1: darker, 0: either */
   int32_t reserved;
 } rvdnav_model_edge;
 
@@ -236,6 +238,9 @@ typedef struct rvdnav_edge_sample {
   double offset;   /* from the model edge along the normal, pixels */
   double contrast; /* grey levels, positive */
   double sigma;    /* standard deviation of offset from the profile's own noise, pixels */
+  double blur;     /* of the step in the image, pixels: lens and pixel together */
+  double slope_shift; /* by how much offset changes if the grey beside the step may slope, pixels; 0 without a face */
+  double slope;    /* the steeper of its two slopes then, parts of the contrast a pixel */
 } rvdnav_edge_sample;
 
 /* A point of the left view found in the right view along its epipolar row. */
@@ -356,12 +361,12 @@ RVDNAV_API rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_
 /* Needs a target: the width of its bars within the range gate is what pairs segments. */
 RVDNAV_API rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
                                           uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count);
-/* Profiles of at most half_width pixels to both sides, every step pixels along the edges; profiles without a usable step
- * are left out. */
+/* Steps within half_width pixels to both sides, in profiles every step pixels along the edges; profiles without a usable
+ * step are left out.  blur_sigma: of the steps, as measured in the image; 0: that of the configuration. */
 RVDNAV_API rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                               const rvdnav_model_edge* edges, uint32_t edge_count, double half_width,
-                                              double step, rvdnav_edge_sample* samples, uint32_t capacity,
-                                              uint32_t* count);
+                                              double step, double blur_sigma, rvdnav_edge_sample* samples,
+                                              uint32_t capacity, uint32_t* count);
 /* Matches left points (x, y and bar of each element) along the rows of the right image, and triangulates what it accepts. */
 RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                                           rvdnav_match* matches, uint32_t match_count);

@@ -18,10 +18,11 @@ const double kLensBlur = std::sqrt(kBlur * kBlur - 1.0 / 12.0);
 constexpr ProfileSettings kSettings = {3.5, 1.0, kBlur};
 
 // A model edge along a line, `off` pixels from it, so that profiles run towards the line's normal.
-rvdnav_model_edge edge_along(const Line2& line, double off, double t_from, double t_to, int32_t polarity = 0) {
+rvdnav_model_edge edge_along(const Line2& line, double off, double t_from, double t_to, int32_t polarity = 0,
+                             double face = 0.0) {
   const Eigen::Vector2d a = line.at(t_to) + off * line.normal;
   const Eigen::Vector2d b = line.at(t_from) + off * line.normal;
-  return {a.x(), a.y(), b.x(), b.y(), polarity, 0};
+  return {a.x(), a.y(), b.x(), b.y(), face, polarity, 0};
 }
 
 std::vector<rvdnav_edge_sample> measure(const rvdnav_rig& rig, const plain::Grey& image, const rvdnav_model_edge& edge,
@@ -47,6 +48,15 @@ Statistics distances(const std::vector<rvdnav_edge_sample>& samples, const Line2
   }
   const auto n = static_cast<double>(samples.size());
   return {sum / n, std::sqrt(square / n - sum * sum / (n * n))};
+}
+
+// The samples where their steps stand once the grey beside them may slope.
+std::vector<rvdnav_edge_sample> sloped(std::vector<rvdnav_edge_sample> samples) {
+  for (rvdnav_edge_sample& s : samples) {
+    s.x += s.slope_shift * s.nx;
+    s.y += s.slope_shift * s.ny;
+  }
+  return samples;
 }
 
 }  // namespace
@@ -115,6 +125,56 @@ TEST_CASE("the other side of a narrow bar pulls little") {
   }
 }
 
+TEST_CASE("what lies along the edge of an even face pulls little") {
+  plain::Random random(87);
+  const rvdnav_rig rig = small_rig();
+  // Behind the edge at 0, which lies on the negative side: a gap in the shade, one that grows lighter step by step, a
+  // side face lit from the side, a lit strip.
+  std::vector<stepped::Step> penumbra = {{-2.4, -12.0}};
+  for (double t = -2.2; t <= -0.2; t += 0.2) penumbra.push_back({t, 1.2 - 2.4});
+  penumbra.push_back({0.0, 100.0});
+  const std::vector<std::vector<stepped::Step>> surroundings = {
+      {{-1.5, -12.0}, {0.0, 100.0}}, penumbra, {{-3.0, 14.0}, {0.0, 86.0}}, {{-2.0, -15.0}, {0.0, 100.0}}};
+  for (const auto& steps : surroundings) {
+    double with = 0.0;
+    double without = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      const Line2 line = Line2::from_angle(random.real(-10, 10), random.real(-M_PI, M_PI));
+      const plain::Grey image = draw(rig, 0, line, {70.0, kLensBlur, steps}, 1.0, random);
+      const double off = random.real(-0.2, 0.2);
+      const auto samples = measure(rig, image, edge_along(line, off, -35, 35, 1, 12.0), {2.5, 1.0, kBlur});
+      REQUIRE(samples.size() >= 60);
+      CHECK(distances(sloped(samples), line).deviation < 0.06);
+      with += distances(sloped(samples), line).mean / 4.0;
+      without += distances(samples, line).mean / 4.0;
+    }
+    CHECK(std::abs(with) < 0.04);
+    CHECK(std::abs(with) < std::fmax(0.6 * std::abs(without), 0.02));
+  }
+}
+
+TEST_CASE("the blur is measured, and then expected") {
+  plain::Random random(88);
+  const rvdnav_rig rig = small_rig();
+  for (const double lens : {0.5, 0.8, 1.1}) {
+    for (int i = 0; i < 3; ++i) {
+      const Line2 line = Line2::from_angle(random.real(-10, 10), random.real(-M_PI, M_PI));
+      // A bar 7 px wide.
+      const plain::Grey image = draw(rig, 0, line, {30.0, lens, {{0.0, 120.0}, {7.0, -120.0}}}, 1.5, random);
+      double blur = kBlur;
+      for (int round = 0; round < 2; ++round) {
+        const auto even = measure(rig, image, edge_along(line, 0.1, -35, 35), {2.5, 1.0, blur});
+        blur = 0.0;
+        for (const rvdnav_edge_sample& sample : even) blur += sample.blur / static_cast<double>(even.size());
+      }
+      CHECK(blur == doctest::Approx(std::sqrt(lens * lens + 1.0 / 12.0)).epsilon(0.08));
+      const auto samples = measure(rig, image, edge_along(line, 0.1, -35, 35, 1, 7.0), {2.5, 1.0, blur});
+      REQUIRE(samples.size() >= 60);
+      CHECK(std::abs(distances(sloped(samples), line).mean) < 0.03);
+    }
+  }
+}
+
 TEST_CASE("only steps of the wanted polarity are taken") {
   plain::Random random(83);
   const rvdnav_rig rig = small_rig();
@@ -156,7 +216,7 @@ TEST_CASE("without a step, off the image or too faint there is no sample") {
   const plain::Grey good = draw(rig, 0, line, {60.0, kLensBlur, {{0.0, 90.0}}}, 1.0, random);
   CHECK(measure(rig, good, edge_along(line, 0.0, 200, 300)).empty());
   CHECK(measure(rig, good, edge_along(line, 0.0, 1e8, 2e8), {3.5, 1e6, kBlur}).empty());
-  CHECK(measure(rig, good, {5.0, 5.0, 5.0, 5.0, 0, 0}).empty());
+  CHECK(measure(rig, good, {5.0, 5.0, 5.0, 5.0, 0.0, 0, 0}).empty());
   // Half of it off the image: the other half is measured.
   const auto half = measure(rig, good, edge_along(line, 0.0, 0, 120));
   CHECK(half.size() > 40);

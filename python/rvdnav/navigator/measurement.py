@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from rvdnav.core import Core
 from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.faces import face_widths, surroundings, with_slopes
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.rivals import rival_separation
-from rvdnav.navigator.sampling import SampledEdges, sample_edges
+from rvdnav.navigator.sampling import SampledEdges, Surroundings, sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import (
     EdgeLines,
@@ -50,6 +51,8 @@ _STRAIGHT_PX = 0.7
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.5
 _PRINTED_SIGMA = 1.5
+# How far what slopes beside an edge have moved it may be wrong, as a part of it.
+_MOVED_SIGMA = 0.5
 
 
 @attrs.frozen(eq=False)
@@ -125,17 +128,22 @@ def measure(
     """
     cameras = rectified_cameras(rig)
     T = T_world_target
-    _, _, lines = _measure_lines(core, rig, model, images, cameras, T, _COARSE_HALF_WIDTH_PX, polarity)
+    sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _COARSE_HALF_WIDTH_PX, polarity)
     T = refine_pose_lines(T, lines, cameras).T_world_target
     either = np.zeros_like(polarity)
     settled = False
     for number in range(_MAX_ROUNDS):
-        sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _HALF_WIDTH_PX, either)
+        beside = None
+        if model.bracket is not None:
+            # At first only the blur is known; then the pose is near enough to tell the edges' two sides.
+            face = face_widths(cameras, T, model) if number > 0 else np.zeros(polarity.shape)
+            beside = surroundings(face, sampled, fits.weights > _TRUSTED)
+        sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _HALF_WIDTH_PX, either, beside)
         pose = refine_pose_edges(T, lines, cameras)
         change = difference(pose.T_world_target, T)
         T = pose.T_world_target
         settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
-        if settled:
+        if settled and (number > 0 or model.bracket is None):
             break
         if model.bracket is None and number >= _FREE_ROUNDS:
             T = perturb(T, -0.5 * change)
@@ -161,11 +169,16 @@ def _measure_lines(
     T_world_target: FloatArray,
     half_width: float,
     polarity: IntArray,
+    beside: Surroundings | None = None,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
-    sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity)
+    sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity, beside)
+    moved = np.zeros(polarity.shape)
+    if beside is not None:
+        sampled, moved = with_slopes(sampled)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
-    shift_sigma = (_PRINTED_SIGMA if model.bracket is None else _UNEVEN_SIGMA) * fits.rms
+    uneven = _PRINTED_SIGMA if model.bracket is None else _UNEVEN_SIGMA
+    shift_sigma = np.hypot(uneven * fits.rms, _MOVED_SIGMA * moved[fits.camera, fits.edge])
     if model.bracket is not None:
         separation = side_separation(cameras, T_world_target, model.bracket, fits.camera, fits.edge, fits.theta)
     else:

@@ -21,12 +21,27 @@ _MIN_PART_PX = 10.0
 
 
 @attrs.frozen(eq=False)
+class Surroundings:
+    """What is known of the grey values beside the edges, in each view.
+
+    face (cameras, edges): width, px, of the even face that an edge bounds, positive where it lies towards the normal
+    (-dy, dx) of the edge's projection, negative where away from it, 0 where unknown.  blur (cameras,): standard
+    deviation of the steps' blur, px; 0 where unknown.
+    """
+
+    face: FloatArray
+    blur: FloatArray
+
+
+@attrs.frozen(eq=False)
 class SampledEdges:
     """Profiles across the edges of all views in which a step was found; arrays of one length n.
 
     camera, edge (n,).  q (n, 2): where the step was found, rectified px.  n (n, 2): unit normal, to the same side all
     along an edge.  sigma (n,): px, from the profile's own noise.  polarity (n,): +1 brighter towards the normal, -1
-    darker.  attempted (cameras, edges): profiles on the image, of what is seen of the edges.  spans (cameras, edges, 2,
+    darker.  blur (n,): of the step, px.  slope_shift (n,): px, by how much the step moves towards n if the grey beside
+    it may slope, slope (n,): the steeper slope then, parts of the contrast a px; 0 where the face is unknown.
+    attempted (cameras, edges): profiles on the image, of what is seen of the edges.  spans (cameras, edges, 2,
     3): ends of what each camera sees of them, m in C.
     """
 
@@ -36,6 +51,9 @@ class SampledEdges:
     n: FloatArray
     sigma: FloatArray
     polarity: IntArray
+    blur: FloatArray
+    slope_shift: FloatArray
+    slope: FloatArray
     attempted: IntArray
     spans: FloatArray
 
@@ -48,11 +66,12 @@ def sample_edges(
     model: EdgeModel,
     half_width: float,
     polarity: IntArray,
+    surroundings: Surroundings | None = None,
 ) -> SampledEdges:
     """Profiles across what is seen of the target's edges, half_width px to both sides of where the pose puts them.
 
     polarity (cameras, edges): of the steps to be found, +1 brighter towards the normal (-dy, dx) of the edge's
-    projection, -1 darker, 0 either.
+    projection, -1 darker, 0 either.  surroundings: without them a step is taken to stand between even greys.
 
     A view without image gives none; one at least has an image.  Raises PoseError for a target that is not in front of
     the cameras.
@@ -78,7 +97,10 @@ def sample_edges(
         ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
         step = max(1.0, float(length.max(initial=0.0)) / _MAX_SAMPLES_PER_EDGE)
         wanted = polarity[camera, pieces.edge]
-        found = core.measure_edges(camera, image, ends.reshape(-1, 4), wanted, half_width, step)
+        beside = {}
+        if surroundings is not None:
+            beside = {"face": surroundings.face[camera, pieces.edge], "blur_sigma": float(surroundings.blur[camera])}
+        found = core.measure_edges(camera, image, ends.reshape(-1, 4), wanted, half_width, step, **beside)
         found["edge"] = pieces.edge[found["edge"]]
         np.add.at(attempted[camera], pieces.edge, _profiles_on_image(rig, camera, ends, step))
         camera_parts.append(np.full(len(found), camera, np.int64))
@@ -93,6 +115,9 @@ def sample_edges(
         n=np.column_stack([found["nx"], found["ny"]]),
         sigma=found["sigma"].astype(np.float64),
         polarity=found["polarity"].astype(np.int64),
+        blur=found["blur"].astype(np.float64),
+        slope_shift=found["slope_shift"].astype(np.float64),
+        slope=found["slope"].astype(np.float64),
         attempted=attempted,
         spans=spans,
     )

@@ -1,0 +1,64 @@
+"""The even faces that the target's edges bound, as they are seen in the views."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.geometry import project_edges
+from rvdnav.navigator.sampling import SampledEdges, Surroundings
+from rvdnav.pose import RectifiedCameras
+from rvdnav.pose.arrays import BoolArray, FloatArray
+
+# Slope of the grey beside a step, parts of its contrast a pixel, that the model of the blur itself leaves.
+_SLOPE_SIGMA = 0.02
+
+
+def face_widths(cameras: RectifiedCameras, T_world_target: FloatArray, model: EdgeModel) -> FloatArray:
+    """(cameras, edges) as `Surroundings.face`: of a bracket's front edges the width of their bar, else 0.
+
+    Raises PoseError for a target that is not in front of the cameras.
+    """
+    count = len(cameras.centers)
+    if model.bracket is None:
+        return np.zeros((count, len(model)))
+    return np.stack(
+        [_bar_widths(project_edges(cameras, k, T_world_target, model.edge_points)[0]) for k in range(count)]
+    )
+
+
+def _bar_widths(xy: FloatArray) -> FloatArray:
+    """How far (m,) the bar's other edge is from each of the edges (m, 2, 2), towards their normals (-dy, dx)."""
+    span = xy[:, 1] - xy[:, 0]
+    normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.maximum(np.linalg.norm(span, axis=1), 1e-9)[:, None]
+    other = xy[np.arange(len(xy)) ^ 1]
+    across = np.einsum("mek,mk->me", other - xy[:, :1], normal)
+    nearest: FloatArray = across[np.arange(len(xy)), np.abs(across).argmin(axis=1)]
+    return nearest
+
+
+def surroundings(face: FloatArray, sampled: SampledEdges, agreeing: BoolArray) -> Surroundings:
+    """The faces with the blur that the agreeing samples (n,) show; it is taken to be the same all over a view."""
+    blur = np.zeros(len(face))
+    for camera in range(len(face)):
+        chosen = agreeing & (sampled.camera == camera)
+        if chosen.any():
+            blur[camera] = np.median(sampled.blur[chosen])
+    return Surroundings(face, blur)
+
+
+def with_slopes(sampled: SampledEdges) -> tuple[SampledEdges, FloatArray]:
+    """The samples where their steps stand once the slopes beside them are allowed for, as far as an edge shows any.
+
+    A slope that a single profile shows may be noise, and a small one the remains of the blur's model; one that
+    is seen all along an edge is there.  Returned too: by how much (cameras, edges), px, each edge moved in the middle.
+    """
+    key = sampled.camera * sampled.attempted.shape[1] + sampled.edge
+    part, moved = np.zeros(sampled.attempted.size), np.zeros(sampled.attempted.size)
+    for edge in np.unique(key):
+        slope = float(np.median(sampled.slope[key == edge]))
+        part[edge] = slope**4 / (slope**4 + _SLOPE_SIGMA**4)
+        moved[edge] = abs(part[edge] * float(np.median(sampled.slope_shift[key == edge])))
+    shift = part[key] * sampled.slope_shift
+    return attrs.evolve(sampled, q=sampled.q + shift[:, None] * sampled.n), moved.reshape(sampled.attempted.shape)
