@@ -39,7 +39,7 @@ _UNLIKELY = 8.0
 _AS_WELL_COVERED = 0.08
 _APART_SIGMAS = 5.0
 # Part of all profiles that must agree where prints far from the edges were in the windows.
-_WIDE_COVERAGE = 0.7
+_WIDE_COVERAGE = 0.8
 _UNREFUTED = frozenset({Reason.COVARIANCE, Reason.AMBIGUOUS, Reason.NOT_CONVERGED})
 UNUSABLE = (Reason.LEFT_UNUSABLE, Reason.RIGHT_UNUSABLE)
 """Of the left and of the right camera."""
