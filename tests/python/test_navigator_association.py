@@ -14,13 +14,13 @@ from rvdnav.pose import PredictedPose, difference, perturb
 from rvdnav.pose.cameras import project_along
 from scipy.spatial.transform import Rotation
 
-CLUTTER = 5
+Scene = tuple[PredictedPose, np.ndarray, list[EdgeCandidates], list[int]]
 SIGMA = np.repeat([0.01, np.radians(1.5)], 3)
 
 
-def scene(seed: int, hidden: int | None = None) -> tuple[PredictedPose, np.ndarray, list[EdgeCandidates], list[int]]:
+def scene(seed: int, clutter: int, hidden: int | None = None) -> Scene:
     """A prediction, the true pose, candidates whose lines are the true edges' and random ones beside them, and which is
-    the true one; the true line of one edge may be left out."""
+    the true one; the true line of one edge may be left out.  clutter: random lines an edge."""
     rng = np.random.default_rng(seed)
     cameras = rectified_cameras(example_rig())
     predicted = np.eye(4)
@@ -38,8 +38,8 @@ def scene(seed: int, hidden: int | None = None) -> tuple[PredictedPose, np.ndarr
         _, across = project_along(
             cameras, np.zeros(2, int), predicted, model.edge_points[edge], np.tile(normal, (2, 1))
         )
-        offsets = rng.uniform(-25.0, 25.0, (CLUTTER + 1, 1)) + rng.normal(0.0, 2.0, (CLUTTER + 1, 2))
-        place = int(rng.integers(CLUTTER + 1))
+        offsets = rng.uniform(-25.0, 25.0, (clutter + 1, 1)) + rng.normal(0.0, 2.0, (clutter + 1, 2))
+        place = int(rng.integers(clutter + 1))
         # Where the true line crosses the normals through the predicted ends.
         rho, angle = (value[0] for value in line_of(after[i : i + 1])[:2])
         n = np.array([np.cos(angle), np.sin(angle)])
@@ -53,12 +53,12 @@ def scene(seed: int, hidden: int | None = None) -> tuple[PredictedPose, np.ndarr
     return PredictedPose(predicted, np.diag(SIGMA**2)), true, candidates, right
 
 
-@pytest.mark.parametrize(("hidden", "least"), [(None, 12), (4, 10)], ids=["all there", "one missing"])
-def test_the_true_lines_are_found_among_clutter(hidden: int | None, least: int) -> None:
+@pytest.mark.parametrize(("clutter", "hidden", "least"), [(5, None, 12), (1, 4, 11)], ids=["all there", "one missing"])
+def test_the_true_lines_are_found_among_clutter(clutter: int, hidden: int | None, least: int) -> None:
     """Mostly they are likeliest; some clutter fits as well by chance, and then they are among the rest."""
     there = first = 0
     for seed in range(12):
-        prediction, true, candidates, right = scene(seed, hidden)
+        prediction, true, candidates, right = scene(seed, clutter, hidden)
         found = associate(prediction, candidates, 4)
         assert np.all(np.diff([association.log_likelihood for association in found]) <= 0.0)
         errors = np.array([difference(association.T_world_target, true) for association in found])
@@ -71,6 +71,6 @@ def test_the_true_lines_are_found_among_clutter(hidden: int | None, least: int) 
 
 
 def test_without_lines_the_prediction_stands() -> None:
-    prediction, _, _, _ = scene(0)
+    prediction, _, _, _ = scene(0, 5)
     (only,) = associate(prediction, [], 4)
     np.testing.assert_allclose(only.T_world_target, prediction.T_world_target)
