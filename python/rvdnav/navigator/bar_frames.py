@@ -21,13 +21,14 @@ _MIN_WIDTH_PX = 2.0
 _MIN_SLENDERNESS = 1.5
 _MIN_OVERLAP = 0.35
 _MIN_OUTER_SIDES = 3
+_MAX_WAYS = 4
 # Between adjoining sides, rad; between the widths of a frame's bars.
 _MIN_CORNER = 0.35
 _WIDTH_RATIO = 2.0
 _MAX_NEIGHBOURS = 12
 # Part of an inner side that its segment must cover.
 _MIN_COVERAGE = 0.6
-_MAX_FRAMES = 250
+_MAX_FRAMES = 800
 
 
 @attrs.frozen(eq=False)
@@ -114,7 +115,7 @@ def _neighbours(lines: Lines) -> list[list[list[tuple[int, int]]]]:
     cosine = np.cos(lines.theta[None, :] - lines.theta[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         place = (lines.rho[None, :] - lines.rho[:, None] * cosine) / sine  # of k's line, along i
-    reach = 5.0 + 0.15 * lines.length
+    reach = 5.0 + 0.2 * lines.length
     misses = np.abs(place[:, :, None] - lines.ends[:, None, :]) / reach[:, None, None]
     end, miss = np.argmin(misses, axis=2), misses.min(axis=2)
     meets = (np.abs(sine) > np.sin(_MIN_CORNER)) & (miss < 1.0) & (miss.T < 1.0)
@@ -141,9 +142,12 @@ def _coverages(lines: Lines, loops: IntArray) -> FloatArray:
     return covered
 
 
-def _partners(lines: Lines) -> list[tuple[list[tuple[float, int]], list[tuple[float, int]]]]:
-    """Of each segment, the other sides of the bars of which it may be one: distance, px, and index; those at growing
-    rho, and those on the other side."""
+Option = tuple[float, int, float]
+"""The other side of a bar: its distance, px, its segment, and how much of the first side it runs beside, px."""
+
+
+def _partners(lines: Lines) -> list[tuple[list[Option], list[Option]]]:
+    """Of each segment, the other sides of the bars of which it may be one: those at growing rho, and those opposite."""
     sign, sine, along, across = lines.aligned()
     own = lines.length
     overlap = np.minimum(lines.ends[:, None, 1], along[..., 1]) - np.maximum(lines.ends[:, None, 0], along[..., 0])
@@ -152,28 +156,31 @@ def _partners(lines: Lines) -> list[tuple[list[tuple[float, int]], list[tuple[fl
     fits &= (overlap > _MIN_SLENDERNESS * width) & (sign * lines.polarity[:, None] * lines.polarity < 0)
     found = []
     for i in range(len(own)):
-        sides: tuple[list[tuple[float, int]], list[tuple[float, int]]] = ([], [])
+        sides: tuple[list[Option], list[Option]] = ([], [])
         for j in np.flatnonzero(fits[i]):
-            sides[0 if across[i, j] > 0.0 else 1].append((float(width[i, j]), int(j)))
+            sides[0 if across[i, j] > 0.0 else 1].append((float(width[i, j]), int(j), float(overlap[i, j])))
         found.append(sides)
     return found
 
 
-def _outer_sides(options: list[list[tuple[float, int]]]) -> list[tuple[IntArray, FloatArray]]:
-    """Ways to choose four outer sides alike in width: segments (4,), -1 where there is none, and widths (4,), px."""
-    ways: dict[tuple[int, ...], FloatArray] = {}
-    for reference in {width for side in options for width, _ in side}:
-        sides, widths = [], []
+def _outer_sides(options: list[list[Option]]) -> list[tuple[IntArray, FloatArray]]:
+    """Ways to choose four outer sides alike in width, those that run longest beside the inner ones first: segments
+    (4,), -1 where there is none, and widths (4,), px."""
+    ways: dict[tuple[int, ...], tuple[float, FloatArray]] = {}
+    for reference in {width for side in options for width, *_ in side}:
+        sides, widths, beside = [], [], 0.0
         for side in options:
-            width, j = min(side, key=lambda option: abs(np.log(option[0] / reference)), default=(reference, -1))
-            alike = 1.0 / _WIDTH_RATIO < width / reference < _WIDTH_RATIO
-            sides.append(j if alike else -1)
-            widths.append(width if alike else np.nan)
+            nearest = min(side, key=lambda option: abs(np.log(option[0] / reference)), default=(np.inf, -1, 0.0))
+            alike = 1.0 / _WIDTH_RATIO < nearest[0] / reference < _WIDTH_RATIO
+            sides.append(nearest[1] if alike else -1)
+            widths.append(nearest[0] if alike else np.nan)
+            beside += nearest[2] if alike else 0.0
         if sum(j >= 0 for j in sides) >= _MIN_OUTER_SIDES:
-            ways[tuple(sides)] = np.array(widths)
+            ways[tuple(sides)] = beside, np.array(widths)
+    longest = sorted(ways.items(), key=lambda way: (-way[1][0], way[0]))[:_MAX_WAYS]
     return [
         (np.array(sides, np.int64), np.where(np.array(sides) < 0, np.nanmean(widths), widths))
-        for sides, widths in ways.items()
+        for sides, (_, widths) in longest
     ]
 
 

@@ -12,6 +12,9 @@ from rvdnav.pose.arrays import FloatArray, IntArray
 _SAME_ANGLE = 0.04
 _SAME_LINE_PX = 1.5
 _MAX_GAP = 0.3
+# Joined lines this near to each other, px across and at their ends, are one.
+_ALIKE_PX = 1.0
+_ALIKE_ENDS_PX = 6.0
 
 
 @attrs.frozen(eq=False)
@@ -76,13 +79,17 @@ class Lines:
         d = np.where(backwards[:, None], a - b, b - a)
         theta = np.arctan2(-d[:, 0], d[:, 1])
         bare = Lines(np.zeros(len(i)), theta, np.zeros((len(i), 2)), self.polarity[i])
-        ends = np.concatenate([self.end_points[i], self.end_points[j]], axis=1)
-        places = np.einsum("nea,na->ne", ends, bare.tangent)
+        points = np.concatenate([self.end_points[i], self.end_points[j]], axis=1)
+        places = np.einsum("nea,na->ne", points, bare.tangent)
+        rho, ends = np.einsum("na,na->n", bare.normal, a), np.column_stack([places.min(axis=1), places.max(axis=1)])
+        # Many pieces of one line join to nearly the same; one of these is enough.
+        alike = np.column_stack([rho / _ALIKE_PX, theta / _SAME_ANGLE, ends / _ALIKE_ENDS_PX, bare.polarity]).round()
+        _, kept = np.unique(alike, axis=0, return_index=True)
         return Lines(
-            np.concatenate([self.rho, np.einsum("na,na->n", bare.normal, a)]),
-            np.concatenate([self.theta, theta]),
-            np.concatenate([self.ends, np.column_stack([places.min(axis=1), places.max(axis=1)])]),
-            np.concatenate([self.polarity, bare.polarity]),
+            np.concatenate([self.rho, rho[kept]]),
+            np.concatenate([self.theta, theta[kept]]),
+            np.concatenate([self.ends, ends[kept]]),
+            np.concatenate([self.polarity, bare.polarity[kept]]),
         )
 
 
