@@ -115,7 +115,7 @@ def _neighbours(lines: Lines) -> list[list[list[tuple[int, int]]]]:
     cosine = np.cos(lines.theta[None, :] - lines.theta[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         place = (lines.rho[None, :] - lines.rho[:, None] * cosine) / sine  # of k's line, along i
-    reach = 5.0 + 0.2 * lines.length
+    reach = 5.0 + 0.15 * lines.length
     misses = np.abs(place[:, :, None] - lines.ends[:, None, :]) / reach[:, None, None]
     end, miss = np.argmin(misses, axis=2), misses.min(axis=2)
     meets = (np.abs(sine) > np.sin(_MIN_CORNER)) & (miss < 1.0) & (miss.T < 1.0)

@@ -26,7 +26,7 @@ from rvdnav.target import Target
 from rvdnav.trapezoid import Trapezoid
 
 # Candidates that are measured, and rounds of measuring and resizing until the sizes stay within a part of their sigma.
-_MAX_MEASURED = 4
+_MAX_MEASURED = 6
 _MAX_ROUNDS = 4
 _SETTLED_SIGMAS = 0.3
 # The bases must differ by this many standard deviations, and by this part of the long one, to tell one from the other.
