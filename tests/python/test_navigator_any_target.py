@@ -170,6 +170,20 @@ def test_a_bracket_is_found_in_spite_of_a_wrong_initial_pose() -> None:
         assert np.linalg.norm(pose_error(solution.T_world_target, T)[:3]) < 0.0005
 
 
+def test_a_bracket_with_faces_is_measured_alike_and_not_from_behind() -> None:
+    rig, plain, T = example_rig(), bracket_target(), pose(0.7, 0.01, 0.05, 5.0, 8.0, -3.0)
+    bars = [(f"P{i}", f"P{i % 4 + 1}", f"Q{i % 4 + 1}", f"Q{i}") for i in range(1, 5)]
+    frame = draw_frame(rig, plain, T)
+    found = []
+    for faces in ((), bars, [bar[::-1] for bar in bars]):
+        target = Target("faces", plain.points, plain.lines, plain.bars, plain.bar_thickness, faces=faces)
+        found.append(Navigator(rig, target).process(frame).T_world_target)
+    # Of the two ways round, one is that of bars which look away from the cameras.
+    assert sum(pose is None for pose in found) == 1
+    without, with_faces = (pose for pose in found if pose is not None)
+    np.testing.assert_array_equal(with_faces, without)
+
+
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
