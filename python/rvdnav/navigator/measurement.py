@@ -49,7 +49,7 @@ _SAME_POLARITY = 0.6
 _STRAIGHT_PX = 0.7
 # An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter; prints
 # repeat along an edge, and displace it in many places alike.
-_UNEVEN_SIGMA = 0.5
+_UNEVEN_SIGMA = 0.2
 _PRINTED_SIGMA = 1.5
 # How far what slopes beside an edge have moved it may be wrong, as a part of it.
 _MOVED_SIGMA = 0.5
