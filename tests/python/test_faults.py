@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
 from conftest import START_NS, STEP_NS
@@ -306,6 +307,14 @@ def test_the_response_to_a_fault(recorded: Recorded) -> None:
     assert (early.refused, early.alarm, early.again) == (1, 0, None)
     dropped = faulty.response(parse_fault("dropped:all"), [])
     assert (dropped.struck, dropped.refused, dropped.alarm, dropped.again) == ((), 0, None, None)
+
+
+def test_a_reason_beside_a_published_pose_is_an_alarm(recorded: Recorded) -> None:
+    faulty = FaultySequence(recorded, [parse_fault("black_left:1-3")])
+    run = a_run(faulty.timestamps_ns)
+    mono = [attrs.evolve(s, reasons={Reason.LEFT_UNUSABLE}) if s.published and i == 2 else s for i, s in enumerate(run)]
+    response = faulty.response(parse_fault("black_left:1-3"), mono)
+    assert (response.refused, response.alarm) == (0, 1)
 
 
 def test_wrong_poses_are_those_of_the_struck_frames() -> None:

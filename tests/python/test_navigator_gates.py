@@ -64,13 +64,16 @@ def test_one_view_that_shows_too_little(good: Measurement) -> None:
 
 
 def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
-    """Without l2 a bracket of another height would fit as well, tilted; more is asked of an acquired target."""
+    """Without l2 a bracket of another height would fit as well, tilted.  Of an acquired target more is asked, unless
+    all other bars are wholly shown and vouch for it."""
     one_outer_edge = [(0, [2])]
     outer_edges = [(0, [2]), (1, [2])]
     but_one = [(0, [2, 3]), (1, [2])]
+    and_another = [(0, [2]), (1, [2, 6])]
     for hidden, acquired_passes, tracked_passes in (
         (one_outer_edge, True, True),
-        (outer_edges, False, True),
+        (outer_edges, True, True),
+        (and_another, False, True),
         (but_one, False, False),
     ):
         spoiled = good
@@ -78,6 +81,16 @@ def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
             spoiled = hide(spoiled, camera, edges)
         for frame, passes in ((ACQUIRED, acquired_passes), (TRACKED, tracked_passes)):
             assert reasons(spoiled, frame=frame) == (set() if passes else {Reason.TOO_FEW_LINES})
+
+
+def test_a_bars_only_edge_must_have_its_light_side_where_the_others_have_it(good: Measurement) -> None:
+    """Else it is the bar's other edge, and the pose lies a bar's width off."""
+    outer_hidden = hide(hide(good, 0, [2]), 1, [2])
+    polarity = good.sampled.polarity.copy()
+    polarity[(good.sampled.camera == 1) & (good.sampled.edge == 3)] *= -1
+    turned = attrs.evolve(outer_hidden, sampled=attrs.evolve(good.sampled, polarity=polarity))
+    assert reasons(outer_hidden) == set()
+    assert reasons(turned) == {Reason.TOO_FEW_LINES}
 
 
 def test_a_bar_beyond_the_images_is_not_asked_for(good: Measurement) -> None:

@@ -46,8 +46,9 @@ class Response:
 
     @property
     def alarm(self) -> int | None:
-        """Frames until the alarm: struck frames published before the first refused one; None without any refused."""
-        return _position([not solution.published for solution in self.struck])
+        """Frames until the alarm: struck frames before the first one that is refused, or published with a reason beside
+        its pose, such as a camera that takes no part; None without any."""
+        return _position([not solution.published or bool(solution.reasons) for solution in self.struck])
 
     @property
     def again(self) -> int | None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from rvdnav.core import FrameResult
 from rvdnav.navigator.agreement import disparity_errors, view_difference
@@ -22,6 +25,8 @@ _MIN_PROFILES = 8
 _SHOWN_PART = 0.6
 # Of a bar: two edges in two views.
 _EDGE_IMAGES = 4
+# Of the polarities of the eight edges, outer and inner in turn: +1 where the bar is lighter than what is beside it.
+_INWARDS = np.tile([1, -1], 4)
 _SHIFT_PX = 0.1
 _MIN_EDGE_IMAGES = 4
 # Of any target's edges, and of all their profiles: with the borders of prints a solid can look like a smaller one.
@@ -95,7 +100,12 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
         return False
     if shown.any(axis=0).sum() < min(settings.min_edges, len(model)):
         return False
-    return _every_bar_shown(shown, expected, settings.acquired_bar_edges if acquired else settings.min_bar_edges)
+    if not acquired:
+        return _every_bar_shown(shown, expected, settings.min_bar_edges)
+    return _every_bar_shown(shown, expected, settings.acquired_bar_edges) or (
+        _every_bar_shown(shown, expected, settings.min_bar_edges)
+        and _all_but_one_bar(shown, expected, measurement.polarity)
+    )
 
 
 def _most_shown(shown: BoolArray, expected: BoolArray) -> bool:
@@ -113,10 +123,29 @@ def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:
     (cameras, edges); least, of a bar's four edge images.  Without a bar the target's size in one direction goes
     unchecked: a wrong one passes for a tilt.
     """
-    wanted = expected.reshape(len(expected), -1, 2).sum(axis=(0, 2))
-    found = shown.reshape(len(shown), -1, 2).sum(axis=(0, 2))
+    wanted = _by_bar(expected).sum(axis=(0, 2))
+    found = _by_bar(shown).sum(axis=(0, 2))
     # Fewer are asked for where one view alone, or a part of the bracket, is there to show them.
     return bool((found >= np.ceil(wanted * least / _EDGE_IMAGES)).all())
+
+
+def _all_but_one_bar(shown: BoolArray, expected: BoolArray, polarity: IntArray) -> bool:
+    """Whether every edge of all bars but one is shown in the views that should see it, and those of that one have their
+    light side where the other bars have it; all (cameras, edges).
+
+    A joint or a shadow may hide an edge in both views.  The others then vouch for the pose, and the light side tells
+    that the bar's remaining edge isn't its other one, a bar's width off.
+    """
+    lacking = _by_bar(expected & ~shown).any(axis=(0, 2))
+    lighter = _by_bar(polarity * _INWARDS)
+    seen = _by_bar(shown)
+    usual = np.sign(np.where(seen[:, ~lacking], lighter[:, ~lacking], 0).sum())
+    return bool(lacking.sum() == 1 and usual != 0 and (lighter[:, lacking][seen[:, lacking]] == usual).all())
+
+
+def _by_bar(edges: NDArray[Any]) -> NDArray[Any]:
+    """Values of edges (cameras, edges) as (cameras, bars, 2): outer and inner."""
+    return edges.reshape(len(edges), -1, 2)
 
 
 def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
@@ -127,9 +156,8 @@ def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
     width off finds the outer edge of a bar where its inner one is, or the other way round: that edge's light side is on
     the wrong side, and the bar's other edge finds nothing.
     """
-    # +1: the bar is lighter than what is beside it.
-    lighter = polarity.reshape(len(polarity), -1, 2) * np.array([1, -1])
-    seen = shown.reshape(lighter.shape)
+    lighter = _by_bar(polarity * _INWARDS)
+    seen = _by_bar(shown)
     both = seen.all(axis=2)
     usual = np.sign(lighter[both].sum())
     alone = seen.sum(axis=2) == 1
