@@ -207,3 +207,9 @@ def test_an_initial_pose_is_read_as_written_and_must_lie_before_the_cameras() ->
         Navigator(example_rig(), bracket_target(), initial_pose=parse_pose("-0.9 0 0 0 0 0 1"))
     with pytest.raises(InputError, match="rotation"):
         Navigator(example_rig(), bracket_target(), initial_pose=np.diag([1.1, 1.0, 1.0, 1.0]))
+
+
+def test_more_edge_pixels_than_the_core_takes() -> None:
+    target, T = box_target(), TUMBLE(0)
+    navigator = Navigator(example_rig(), target, initial_pose=T, max_edgels=2000)
+    assert navigator.process(draw_solid(example_rig(), surfaces(target), T, timestamp_ns=START_NS)).published

@@ -70,6 +70,23 @@ def test_goes_on_with_one_camera_when_the_other_is_lost(rig, camera: int) -> Non
         assert deviations < 4.0
 
 
+def test_goes_on_with_one_camera_when_the_target_leaves_the_other_image() -> None:
+    """Both images arrive all along, but in the end the right one shows the surroundings alone: that is one view."""
+    rig = example_rig()
+    navigator = Navigator(rig, SMALL)
+    modes = []
+    for number in range(9):
+        T = pose(0.45, 0.0, 0.1 + 0.021 * number, 3.0, 10.0, 1.0)
+        solution = navigator.process(draw_frame(rig, SMALL, T, timestamp_ns=START_NS + number * STEP_NS, seed=number))
+        assert solution.state is State.TRACKING
+        assert errors_of(solution, T)[2] < 4.0
+        u = rig.project(1, SMALL.bracket.outer @ T[:3, :3].T + T[:3, 3])[:, 0]
+        modes.append((solution.mode, bool((u > 0.0).any())))
+    assert modes[0] == (Mode.STEREO, True)
+    assert modes[-1] == (Mode.MONO_LEFT, False)
+    assert all(seen for mode, seen in modes if mode is Mode.STEREO)
+
+
 def test_starts_with_one_camera() -> None:
     """A tilted bracket in the left view alone: perspective tells which way it is tilted."""
     rig = example_rig()

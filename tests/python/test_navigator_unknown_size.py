@@ -123,6 +123,15 @@ def test_nearly_equal_bases_are_ambiguous(short_base: float) -> None:
     assert Reason.AMBIGUOUS in solution.reasons
 
 
+def test_more_edge_pixels_than_the_core_takes() -> None:
+    """Noise all over both images, as of a receiver without a signal, is no target; the limit is told."""
+    rig = example_rig()
+    noise = np.random.default_rng(5).integers(0, 256, (2, rig.height, rig.width), np.uint8)
+    solution = Navigator(rig, unknown(bracket_target()), max_edgels=20000).process(frame_of(noise))
+    assert not solution.published
+    assert Reason.LIMIT in solution.reasons
+
+
 def test_one_camera_cannot_start() -> None:
     rig, target = example_rig(), bracket_target()
     left, right = draw_images(rig, target, approach(0))

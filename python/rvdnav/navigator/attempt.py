@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.core import Core, FrameResult
 from rvdnav.navigator.coarse import coarse_pose, measured_segments
@@ -16,18 +13,17 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.gates import failed_gates
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
-from rvdnav.navigator.seeker import Views, lines_of, see, seek
+from rvdnav.navigator.seeker import lines_of, seek
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizes import Sizes
+from rvdnav.navigator.stage_times import add_frame_times, lap, now
 from rvdnav.navigator.two_fold import decide
+from rvdnav.navigator.views import Images, Views, see
 from rvdnav.navigator.windows import predicted_windows
 from rvdnav.pose import PoseError, PredictedPose, difference
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.rig import Rig
 from rvdnav.solution import Acquisition, Reason
-
-Images = tuple[NDArray[np.uint8] | None, ...]
-"""Of each camera, None where it has none."""
 
 # An image with less than this is no picture of the target: mean grey level, share of saturated pixels, edge pixels.
 _DARK_GREY = 1.0
@@ -172,7 +168,7 @@ class Surveyor:
 
     def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
         frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
-        add_times(times, frame)
+        add_frame_times(times, frame)
         return frame
 
     def _refine(
@@ -185,11 +181,11 @@ class Surveyor:
         earlier_odds: float | None,
         times: dict[str, float],
     ) -> Attempt:
-        start = time.perf_counter()
+        start = now()
         try:
             coarse = coarse_pose(self._model, frame, self._cameras, prior)
             measurement = measure(self._core, self._rig, self._model, images, coarse, polarity)
-            if np.count_nonzero(measurement.seen) == 1:
+            if len(measurement.cameras) == 1:
                 decision = decide(measurement, self._model, self._cameras, prediction, earlier_odds)
                 if decision.swapped:
                     T = decision.T_world_target
@@ -198,7 +194,7 @@ class Surveyor:
         except PoseError:
             return Attempt(frozenset({Reason.DEGENERATE}), frame, images)
         finally:
-            times["pose"] = times.get("pose", 0.0) + time.perf_counter() - start
+            lap(times, "pose", start)
         config = self._core.config
         gate = (config.range_min, config.range_max)
         reasons = failed_gates(measurement, self._model, frame, self._rig, self._settings, gate)
@@ -239,11 +235,3 @@ def _unusable(view: Any) -> bool:
     return view is None or (
         view.mean_grey < _DARK_GREY or view.saturated > _SATURATED or view.edge_count < _MIN_EDGE_PIXELS
     )
-
-
-def add_times(times: dict[str, float], frame: FrameResult) -> None:
-    """The stages' times: the slower of the two views, which run at once, plus the join."""
-    stages: Mapping[str, int] = frame.stage_ns
-    for stage, joined in stages.items():
-        slowest = max((view.stage_ns[stage] for view in frame.views if view is not None), default=0)
-        times[stage] = times.get(stage, 0.0) + (slowest + joined) * 1e-9

@@ -6,7 +6,6 @@ They say that the bar is where the pose puts it, but take no part in the refinem
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.bracket import EDGE_NAMES, Bracket
 from rvdnav.core import Core
@@ -14,6 +13,7 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.sampling import sample_edges
 from rvdnav.navigator.sides import side_separation
+from rvdnav.navigator.views import Images
 from rvdnav.pose import LineMeasurements, fit_edge_lines, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
@@ -29,7 +29,7 @@ _TRUSTED = 0.2
 def back_coverage(
     core: Core,
     rig: Rig,
-    images: tuple[NDArray[np.uint8] | None, ...],
+    images: Images,
     T_world_target: FloatArray,
     bracket: Bracket,
     wanted: BoolArray,
@@ -59,9 +59,7 @@ def back_coverage(
     return part
 
 
-def _distinct_sides(
-    rig: Rig, images: tuple[NDArray[np.uint8] | None, ...], T_world_target: FloatArray, bracket: Bracket
-) -> BoolArray:
+def _distinct_sides(rig: Rig, images: Images, T_world_target: FloatArray, bracket: Bracket) -> BoolArray:
     """(cameras, edges) whether the side face is in sight and wide enough."""
     cameras = rectified_cameras(rig)
     edges = np.arange(len(bracket.edge_points))

@@ -52,7 +52,7 @@ def failed_gates(
         reasons.add(Reason.NOT_CONVERGED)
     if weighted_rms(measurement) > settings.max_rms_px:
         reasons.add(Reason.RESIDUALS)
-    views = np.count_nonzero(measurement.seen)
+    views = len(measurement.cameras)
     if model.bracket is not None:
         front = measurement.coverage >= settings.edge_coverage
         # A bar beside itself is so in every view.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.core import Core
 from rvdnav.navigator.back_edges import back_coverage
@@ -15,6 +14,7 @@ from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.rivals import rival_separation
 from rvdnav.navigator.sampling import SampledEdges, Surroundings, sample_edges
 from rvdnav.navigator.sides import side_separation
+from rvdnav.navigator.views import Images
 from rvdnav.pose import (
     EdgeLines,
     LineMeasurements,
@@ -81,6 +81,11 @@ class Measurement:
     """Logarithm of the odds for the pose against its rival."""
 
     @property
+    def cameras(self) -> IntArray:
+        """(k,) those whose views the lines are of; a camera with an image may see nothing of the target."""
+        return np.unique(self.lines.camera)
+
+    @property
     def coverage(self) -> FloatArray:
         """(cameras, edges) part of the profiles on the image that agree with the pose; 0 where none was possible."""
         return front_coverage(self.sampled, self.inlier)
@@ -115,7 +120,7 @@ def measure(
     core: Core,
     rig: Rig,
     model: EdgeModel,
-    images: tuple[NDArray[np.uint8] | None, ...],
+    images: Images,
     T_world_target: FloatArray,
     polarity: IntArray,
 ) -> Measurement:
@@ -164,7 +169,7 @@ def _measure_lines(
     core: Core,
     rig: Rig,
     model: EdgeModel,
-    images: tuple[NDArray[np.uint8] | None, ...],
+    images: Images,
     cameras: RectifiedCameras,
     T_world_target: FloatArray,
     half_width: float,

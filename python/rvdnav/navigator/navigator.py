@@ -10,7 +10,7 @@ import numpy as np
 
 from rvdnav.core import Core
 from rvdnav.errors import InputError
-from rvdnav.navigator.attempt import UNUSABLE, Attempt, Images, Surveyor
+from rvdnav.navigator.attempt import UNUSABLE, Attempt, Surveyor
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.gates import plausible_motion
@@ -23,6 +23,7 @@ from rvdnav.navigator.residuals import line_residuals
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.transitions import next_state
+from rvdnav.navigator.views import Images
 from rvdnav.pose import ConstantVelocityFilter, PredictedPose
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
@@ -225,12 +226,12 @@ class Navigator:
             held_odds=None,
             initial_pose=None,
         )
-        seen = np.flatnonzero(measurement.seen)
+        cameras = measurement.cameras
         times[TOTAL] = time.perf_counter() - start
         return Solution(
             timestamp_ns=timestamp_ns,
             state=state,
-            mode=Mode.STEREO if len(seen) > 1 else _MONO[seen[0]],
+            mode=Mode.STEREO if len(cameras) > 1 else _MONO[cameras[0]],
             reasons=notes,
             T_world_target=measurement.pose.T_world_target,
             predicted_T_world_target=None if predicted is None else predicted.T_world_target,

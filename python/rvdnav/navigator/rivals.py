@@ -7,12 +7,12 @@ all along an edge and within reach of its profiles, the wrong step may have been
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.sampling import SampledEdges, sample_edges
+from rvdnav.navigator.views import Images
 from rvdnav.pose import EdgeLines, LineMeasurements, fit_edge_lines, line_residuals
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
@@ -27,7 +27,7 @@ _AGREEING = 0.1
 def rival_separation(
     core: Core,
     rig: Rig,
-    images: tuple[NDArray[np.uint8] | None, ...],
+    images: Images,
     model: EdgeModel,
     T_world_target: FloatArray,
     sampled: SampledEdges,

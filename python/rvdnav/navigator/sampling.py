@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.navigator.views import Images
 from rvdnav.pose import PoseError
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.rig import Rig
@@ -61,7 +61,7 @@ class SampledEdges:
 def sample_edges(
     core: Core,
     rig: Rig,
-    images: tuple[NDArray[np.uint8] | None, ...],
+    images: Images,
     T_world_target: FloatArray,
     model: EdgeModel,
     half_width: float,

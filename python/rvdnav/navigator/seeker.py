@@ -6,9 +6,6 @@ may be one of several lines.
 
 from __future__ import annotations
 
-import time
-
-import attrs
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,49 +14,14 @@ from rvdnav.navigator.association import Association, associate
 from rvdnav.navigator.candidates import EdgeCandidates, edge_candidates
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.stage_times import lap, now
+from rvdnav.navigator.views import Views
 from rvdnav.pose import PredictedPose, RectifiedCameras
 from rvdnav.pose.arrays import FloatArray, IntArray
 
-_SATURATED_GREY = 250
 _BRACKET_APEXES = 8
 # Poses that are looked into, the likeliest first.
 _MOST_POSES = 4
-
-
-@attrs.frozen(eq=False)
-class View:
-    """One view's edge pixels (EDGEL records), and its light."""
-
-    edgels: NDArray[np.void]
-    mean_grey: float
-    saturated: float
-
-
-Views = tuple[View | None, ...]
-
-
-def see(core: Core, images: tuple[NDArray[np.uint8] | None, ...], times: dict[str, float]) -> Views:
-    """The edge pixels of the images; None where a camera has none."""
-    return tuple(None if image is None else _see(core, camera, image, times) for camera, image in enumerate(images))
-
-
-def _see(core: Core, camera: int, image: NDArray[np.uint8], times: dict[str, float]) -> View:
-    start = time.perf_counter()
-    smoothed = core.smooth(camera, image)
-    start = _lap(times, "smooth", start)
-    bits, direction = core.detect_edges(camera, smoothed)
-    start = _lap(times, "edges", start)
-    bits = core.thin(camera, core.filter_edges(camera, bits))
-    start = _lap(times, "thin", start)
-    edgels = core.rectify_edges(camera, bits, direction)
-    _lap(times, "rectify", start)
-    return View(edgels, float(image.mean()), float((image >= _SATURATED_GREY).mean()))
-
-
-def _lap(times: dict[str, float], stage: str, start: float) -> float:
-    now = time.perf_counter()
-    times[stage] = times.get(stage, 0.0) + now - start
-    return now
 
 
 def seek(
@@ -76,7 +38,7 @@ def seek(
 
     polarity (cameras, edges): as last published.  Raises PoseError for a target that is not in front of the cameras.
     """
-    start = time.perf_counter()
+    start = now()
     candidates: list[EdgeCandidates] = []
     for camera, view in enumerate(views):
         if view is not None:
@@ -85,7 +47,7 @@ def seek(
             )
     associations = associate(prediction, candidates, _MOST_POSES)
     found = [(association, lines_of(views, candidates, association, len(model))) for association in associations]
-    _lap(times, "hough", start)
+    lap(times, "hough", start)
     return found
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import attrs
 import numpy as np
+from numpy.typing import NDArray
 
 from rvdnav.bracket import EDGE_NAMES
 from rvdnav.core import Core, FrameResult
-from rvdnav.navigator.attempt import UNUSABLE, Attempt, Images, Surveyor, add_times
+from rvdnav.navigator.attempt import UNUSABLE, Attempt, Surveyor
 from rvdnav.navigator.bar_frames import find_bar_frames
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.frame_pairs import Candidate, bracket_candidates, plausible
@@ -18,6 +18,8 @@ from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizes import Sizes
+from rvdnav.navigator.stage_times import add_frame_times, lap, now
+from rvdnav.navigator.views import Images, see
 from rvdnav.pose import PoseError, PredictedPose, difference, refine_shape, size_derivatives
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.rig import Rig
@@ -118,7 +120,7 @@ class SizingSurveyor:
     def _taught(self, attempt: Attempt) -> Attempt:
         """With what it adds to the sizes, where it saw the target with both cameras and agrees with them."""
         sizes, measurement = self.sizes, attempt.measurement
-        if sizes is None or measurement is None or not attempt.passed or not measurement.seen.all():
+        if sizes is None or measurement is None or not attempt.passed or len(measurement.cameras) < 2:
             return attempt
         frame = self._sizes_of(measurement, sizes.mean)
         if frame is None or not sizes.admits(frame):
@@ -139,7 +141,7 @@ class SizingSurveyor:
 
     def _look(self, images: Images, times: dict[str, float]) -> FrameResult:
         frame = self._blind.process(images[0], images[1] if len(images) > 1 else None)
-        add_times(times, frame)
+        add_frame_times(times, frame)
         return frame
 
     def _first(self, images: Images, times: dict[str, float]) -> Attempt:
@@ -148,12 +150,15 @@ class SizingSurveyor:
         unusable = _unusable(frame, images)
         if unusable:
             return Attempt(unusable, frame, images)
-        start = time.perf_counter()
-        left, right = (find_bar_frames(self._segments(camera, image)) for camera, image in enumerate(images))
+        views = see(self._blind, images, times)
+        start = now()
+        left, right = (
+            find_bar_frames(self._segments(i, view.edgels)) for i, view in enumerate(views) if view is not None
+        )
         config = self._blind.config
         gate = (config.range_min, config.range_max)
         candidates = bracket_candidates(left, right, self._cameras, self._rig.baseline, gate)
-        times["bar frames"] = times.get("bar frames", 0.0) + time.perf_counter() - start
+        lap(times, "bar frames", start)
         measured = [self._measured(candidate, images, times) for candidate in candidates.brackets[:_MAX_MEASURED]]
         passed = [attempt for attempt in measured if attempt is not None and attempt.passed]
         if not passed:
@@ -165,20 +170,18 @@ class SizingSurveyor:
             return Attempt(frozenset({Reason.AMBIGUOUS}), frame, images)
         return passed[0]
 
-    def _segments(self, camera: int, image: Any) -> Any:
+    def _segments(self, camera: int, edgels: NDArray[np.void]) -> NDArray[np.void]:
         core = self._blind
-        edges, direction = core.detect_edges(camera, core.smooth(camera, image))
-        edgels = core.rectify_edges(camera, core.thin(camera, core.filter_edges(camera, edges)), direction)
         return core.extract_segments(camera, edgels, core.hough_peaks(core.hough_vote(edgels)))
 
     def _measured(self, candidate: Candidate, images: Images, times: dict[str, float]) -> Attempt | None:
         """The candidate measured and resized until its sizes stay, then acquired by them as any known target is."""
-        start = time.perf_counter()
+        start = now()
         try:
             sizes = self._settled(candidate, images)
         except PoseError:
             sizes = None
-        times["pose"] = times.get("pose", 0.0) + time.perf_counter() - start
+        lap(times, "pose", start)
         if sizes is None:
             return None
         attempt = self._surveyor(sizes.shape).acquire(images, None, times)
