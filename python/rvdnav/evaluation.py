@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.errors import InputError
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.pose.so3 import log
 from rvdnav.solution import Solution
-
-BoolArray = NDArray[np.bool_]
 
 RANGE_EDGES_M = (0.0, 0.5, 0.8, 1.1, np.inf)
 """Limits of the range bins, each [lower, upper)."""
@@ -119,8 +117,14 @@ class Evaluation:
     @property
     def wrong(self) -> BoolArray:
         """(n,) off by more than 20 mm or 2 degrees * (1 + range / 1 m)."""
-        limit = PAPER_ATTITUDE_RAD * (1.0 + self.ranges_m)
-        return np.asarray((self.position_m > PAPER_POSITION_M) | (self.attitude_rad > limit), dtype=np.bool_)
+        return is_wrong(self.position_m, self.attitude_rad, self.ranges_m)
+
+
+def is_wrong(position_m: FloatArray, attitude_rad: FloatArray, ranges_m: FloatArray) -> BoolArray:
+    """(n,) which poses are wrong, from their errors and true ranges (n,): off by more than 20 mm or 2 degrees *
+    (1 + range / 1 m)."""
+    limit = PAPER_ATTITUDE_RAD * (1.0 + ranges_m)
+    return np.asarray((position_m > PAPER_POSITION_M) | (attitude_rad > limit), dtype=np.bool_)
 
 
 def pose_error(T_world_target: FloatArray, T_world_true: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """The report: what its figures show, that it stands alone, and that it is reproducible."""
 
+import base64
 import json
 import re
 from pathlib import Path
@@ -171,7 +172,8 @@ def published(T, view_lines):
 
 
 def decoded(picture):
-    return cv2.imdecode(np.frombuffer(picture.jpeg, np.uint8), cv2.IMREAD_COLOR).astype(int)
+    encoded = base64.b64decode(picture.uri.removeprefix("data:image/jpeg;base64,"))
+    return cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_COLOR).astype(int)
 
 
 @pytest.mark.parametrize("camera", [0, 1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 
 from rvdnav.budget.budget import Budget
@@ -20,8 +19,8 @@ from rvdnav.budget.rows import (
     improvement_grid,
     verdict,
 )
-from rvdnav.report.page import figure_html, section, write_page
-from rvdnav.report.tables import tiles_html
+from rvdnav.report.html import figure_html, note_html, section, table_html
+from rvdnav.report.page import write_page
 
 
 def write_budget(path: Path, budget: Budget) -> None:
@@ -32,7 +31,7 @@ def write_budget(path: Path, budget: Budget) -> None:
         section("Causes over the range", figure_html(range_figure(budget.sweep), "causes")),
         *(section(grid.title, _table(grid)) for grid in cause_grids(budget.sweep)),
         section("Total over range and viewing angle", figure_html(angle_figure(budget.sweep), "angles")),
-        section(calibration.title, _note(CORRELATED) + _table(calibration)),
+        section(calibration.title, note_html(CORRELATED) + _table(calibration)),
         section(
             f"Each parameter of the calibration by itself, at {budget.at.distance:g} m",
             figure_html(calibration_figure(budget.at), "calibration"),
@@ -43,7 +42,7 @@ def write_budget(path: Path, budget: Budget) -> None:
     write_page(path, budget.name, "Error budget of the pose: one standard deviation", _tiles(budget), sections)
 
 
-def _tiles(budget: Budget) -> str:
+def _tiles(budget: Budget) -> list[tuple[str, str, str]]:
     tiles = []
     for found in (budget.sweep.head_on[0], budget.at):
         if found is not None:
@@ -58,24 +57,12 @@ def _tiles(budget: Budget) -> str:
         worst = max((abs(ratio - 1.0) for check in budget.checks for ratio in check.ratios), default=0.0)
         note = f"{SAMPLES} draws at each of {len(budget.checks)} poses"
         tiles.append(("Monte Carlo", f"within {100.0 * worst:.0f} %", note))
-    return tiles_html(tiles)
+    return tiles
 
 
 def _improvement(found: Improvement) -> str:
-    return "".join(map(_note, verdict(found))) + _table(improvement_grid(found))
-
-
-def _note(text: str) -> str:
-    return f"<p>{escape(text)}</p>"
+    return "".join(map(note_html, verdict(found))) + _table(improvement_grid(found))
 
 
 def _table(grid: Grid) -> str:
-    first, *others = map(escape, grid.headings)
-    head = f'<th style="text-align: left">{first}</th>' + "".join(f"<th>{heading}</th>" for heading in others)
-    rows = [
-        f"<tr{' class=total' if grid.total and row is grid.rows[-1] else ''}>"
-        + "".join(f"<td>{escape(text)}</td>" for text in row)
-        + "</tr>"
-        for row in grid.rows
-    ]
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    return table_html(grid.headings, grid.rows, total=grid.total)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -13,11 +12,12 @@ from rvdnav.calibration.calibrate import Calibration
 from rvdnav.calibration.figures import coverage_figure, residual_figure, rig_figure, tilt_figure, view_figure
 from rvdnav.calibration.next_view import NextView, next_views
 from rvdnav.calibration.verdict import PoseSensitivity, pose_sensitivities
-from rvdnav.report.page import figure_html, section, write_page
+from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M
+from rvdnav.report.html import figure_html, note_html, section, table_html
+from rvdnav.report.page import write_page
 from rvdnav.rig.covariance import CAMERA_PARAMETERS
 
 _SUGGESTIONS = 3
-_PAPER_M, _PAPER_RAD = 0.02, np.radians(2.0)
 
 
 @attrs.frozen(eq=False)
@@ -40,7 +40,7 @@ def verdict_sentence(calibration: Calibration, judged: Verdict) -> str:
         return "The bracket is nowhere in view of both cameras, so nothing can be said of its pose."
     farthest = judged.sensitivities[-1]
     position, attitude = farthest.sigmas(calibration.adjustment.covariance)
-    good = 3.0 * position < _PAPER_M and 3.0 * attitude < _PAPER_RAD
+    good = 3.0 * position < PAPER_POSITION_M and 3.0 * attitude < PAPER_ATTITUDE_RAD
     return (
         f"At {farthest.range_m:g} m this calibration alone makes the pose err by {position * 1e3:.2f} mm and "
         f"{np.degrees(attitude):.3f}° (1σ): {'' if good else 'not '}good enough for 20 mm and 2° at 3σ."
@@ -63,7 +63,7 @@ def write_calibration(path: Path, name: str, calibration: Calibration, judged: V
     write_page(path, name, subtitle, _tiles(calibration, judged), sections)
 
 
-def _tiles(calibration: Calibration, judged: Verdict) -> str:
+def _tiles(calibration: Calibration, judged: Verdict) -> list[tuple[str, str, str]]:
     adjustment = calibration.adjustment
     corners = int(np.isfinite(adjustment.residuals[..., 0]).sum())
     tiles = [
@@ -76,11 +76,7 @@ def _tiles(calibration: Calibration, judged: Verdict) -> str:
             position, attitude = sensitivity.sigmas(adjustment.covariance)
             note = f"attitude σ {np.degrees(attitude):.3f}°; by the calibration alone"
             tiles.append(("position σ at 1 m", f"{position * 1e3:.2f} mm", note))
-    return "".join(
-        f'<div class="tile"><div class="label">{escape(label)}</div><div class="value">{escape(value)}</div>'
-        f'<div class="note">{escape(note)}</div></div>'
-        for label, value, note in tiles
-    )
+    return tiles
 
 
 def _verdict_html(calibration: Calibration, judged: Verdict) -> str:
@@ -103,17 +99,17 @@ def _verdict_html(calibration: Calibration, judged: Verdict) -> str:
             p, a = sensitivity.sigmas(view.covariance)
             cells.append(f"{p * 1e3:.3f} / {np.degrees(a):.4f}")
         rows.append(cells)
-    text += _table(head, rows)
+    text += table_html(head, rows)
     if judged.suggested:
         items = "".join(f"<li>{escape(view.description)}</li>" for view in judged.suggested)
         text += (
             "<p>The next pictures of the board would help most if taken like this, each in addition to those before it "
             "(dashed in the figures below):</p><ol>" + items + "</ol>"
         )
-    return text + (
-        '<p class="legend">For the paper\'s bracket (180 mm base, 140 mm high) squarely before the rig; σ of the '
+    return text + note_html(
+        "For the paper's bracket (180 mm base, 140 mm high) squarely before the rig; σ of the "
         "length of the position's error and of the attitude's angle. The squares' size is taken as exact: an error of "
-        "it scales every distance and shows in no picture.</p>"
+        "it scales every distance and shows in no picture."
     )
 
 
@@ -128,7 +124,7 @@ def _parameters_html(calibration: Calibration) -> str:
         rows.append([name + unit, *cells])
     model = calibration.adjustment.model
     turn, shift = np.degrees(sigmas[16:19]), sigmas[19:] * 1e3
-    text = _table(["", "left", "right"], rows)
+    text = table_html(["", "left", "right"], rows)
     position = ", ".join(f"{v * 1e3:.3f} ± {s:.3f}" for v, s in zip(model.T_cam1_cam0[:3, 3], shift, strict=True))
     rotation = ", ".join(f"{s:.4f}" for s in turn)
     text += f"<p>Left camera in the right one's frame: {position} mm; its rotation is known to {rotation}° (1σ).</p>"
@@ -146,12 +142,4 @@ def _parameters_html(calibration: Calibration) -> str:
 def _dropped_html(calibration: Calibration) -> str:
     if not calibration.dropped:
         return "<p>No view was dropped.</p>"
-    return _table(["dropped view", "reason"], [[view.name, view.reason] for view in calibration.dropped])
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    def row(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-    body = "".join(row(cells, "td") for cells in rows)
-    return f'<div class="scroll"><table><thead>{row(head, "th")}</thead><tbody>{body}</tbody></table></div>'
+    return table_html(["dropped view", "reason"], [[view.name, view.reason] for view in calibration.dropped])

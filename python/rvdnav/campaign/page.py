@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +14,9 @@ from plotly.subplots import make_subplots
 from rvdnav.campaign.summary import CONFIDENCE, Group, Summary
 from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M
 from rvdnav.pose.arrays import FloatArray
-from rvdnav.report.page import figure_html, section, write_page
-from rvdnav.report.style import MEASURED, TRUE, styled
-from rvdnav.report.tables import tiles_html
+from rvdnav.report.html import figure_html, note_html, section, table_html
+from rvdnav.report.page import write_page
+from rvdnav.report.style import LIMIT, MEASURED, TRUE, styled
 
 REPORT = "campaign.html"
 _BAR_HEIGHT = 26
@@ -39,7 +38,7 @@ def write_campaign_report(path: Path, name: str, summary: Summary, rows: pa.Tabl
     write_page(path, name, subtitle, _tiles(summary), sections)
 
 
-def _tiles(summary: Summary) -> str:
+def _tiles(summary: Summary) -> list[tuple[str, str, str]]:
     overall = summary.overall
     tiles = [
         ("available", f"{100 * overall.availability:.1f} %", f"{overall.published} of {overall.frames} frames"),
@@ -61,7 +60,7 @@ def _tiles(summary: Summary) -> str:
         median, most = (f"{value:.3g}" for value in np.degrees(overall.attitude_rad[:2]))
         tiles.append(("attitude error", f"{median}°", f"median; 95 %: {most}°"))
         tiles.append(("mean NEES / 6", f"{overall.mean_nees_ratio:.2f}", "1 for honest covariances"))
-    return tiles_html(tiles)
+    return tiles
 
 
 def _error_figure(rows: pa.Table) -> go.Figure:
@@ -91,7 +90,7 @@ def _error_figure(rows: pa.Table) -> go.Figure:
                 row=1,
                 col=column,
             )
-        figure.add_hline(y=paper, line={"color": "#d94f4f", "dash": "dot"}, row=1, col=column)
+        figure.add_hline(y=paper, line={"color": LIMIT, "dash": "dot"}, row=1, col=column)
         figure.update_yaxes(type="log", title=title, row=1, col=column)
         figure.update_xaxes(title="true range, m", row=1, col=column)
     return styled(figure, 380)
@@ -114,23 +113,19 @@ def _availability_figure(groups: Sequence[Group]) -> go.Figure:
 
 
 def _table(what: str, groups: Sequence[Group]) -> str:
-    head = (
-        f"<tr><th>{what}</th><th>trials</th><th>frames</th><th>published</th><th>position, mm</th>"
-        "<th>attitude, °</th><th>NEES / 6</th><th>wrong</th><th>rate below</th></tr>"
-    )
-    return (
-        f'<div class="scroll"><table><thead>{head}</thead><tbody>{"".join(map(_row, groups))}</tbody></table></div>'
-        '<p class="legend">Errors: median / 95 % / largest of the published frames with a true pose. Wrong: more than '
-        f"20 mm or 2° (1 + range / 1 m). Rate below: upper bound with {100 * CONFIDENCE:.0f} % confidence.</p>"
+    headings = (what, "trials", "frames", "published", "position, mm", "attitude, °", "NEES / 6", "wrong", "rate below")
+    return table_html(headings, map(_row, groups)) + note_html(
+        "Errors: median / 95 % / largest of the published frames with a true pose. Wrong: more than "
+        f"20 mm or 2° (1 + range / 1 m). Rate below: upper bound with {100 * CONFIDENCE:.0f} % confidence."
     )
 
 
-def _row(group: Group) -> str:
+def _row(group: Group) -> tuple[str, ...]:
     published = f"{100 * group.availability:.1f} %" if group.frames else "–"
     nees = f"{group.mean_nees_ratio:.2f}" if np.isfinite(group.mean_nees_ratio) else "–"
     bound = f"{100 * group.wrong_bound:.2g} %"
-    cells = (
-        escape(group.name),
+    return (
+        group.name,
         str(group.trials),
         str(group.frames),
         published,
@@ -140,7 +135,6 @@ def _row(group: Group) -> str:
         str(group.wrong),
         bound,
     )
-    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _errors(values: FloatArray) -> str:

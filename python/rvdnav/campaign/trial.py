@@ -10,7 +10,7 @@ import numpy as np
 
 from rvdnav.campaign.plan import Source, Trial
 from rvdnav.campaign.store import is_stored, store_rows
-from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M, pose_error
+from rvdnav.evaluation import is_wrong, pose_error
 from rvdnav.faults import FaultySequence
 from rvdnav.navigator import Navigator
 from rvdnav.sequence import Sequence, open_sequence
@@ -84,5 +84,5 @@ def _judged(solution: Solution, truth: Any) -> dict[str, Any]:
     position, attitude = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
     row["position_error_m"], row["attitude_error_rad"] = position, attitude
     row["nees"] = float(error @ np.linalg.solve(solution.covariance, error))
-    row["wrong"] = position > PAPER_POSITION_M or attitude > PAPER_ATTITUDE_RAD * (1.0 + row["range_m"])
+    row["wrong"] = bool(is_wrong(*np.array([[position], [attitude], [row["range_m"]]])).item())
     return row

@@ -12,13 +12,12 @@ from plotly.subplots import make_subplots
 from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M
 from rvdnav.experiment.chart import CONTRASTS, LEVELS
 from rvdnav.experiment.sobel import EdgeTrial
-from rvdnav.report.style import MEASURED, PREDICTED, TRUE, elapsed_s, styled
+from rvdnav.report.style import GOOD, LIMIT, MEASURED, PREDICTED, TRUE, elapsed_s, styled
 
 if TYPE_CHECKING:
     from rvdnav.experiment.paper import Run
 
-_LIMIT = "#d94f4f"
-_COLOURS = (MEASURED, "#23a172", PREDICTED)
+_COLOURS = (MEASURED, GOOD, PREDICTED)
 
 
 def axis_figure(run: Run, axis: int) -> go.Figure:
@@ -76,7 +75,7 @@ def errors_figure(run: Run) -> go.Figure:
                 col=column,
             )
         for sign in (1.0, -1.0):
-            figure.add_hline(y=sign * limit, line={"color": _LIMIT, "dash": "dot"}, row=1, col=column)
+            figure.add_hline(y=sign * limit, line={"color": LIMIT, "dash": "dot"}, row=1, col=column)
         figure.update_yaxes(title=title, range=[-1.15 * limit, 1.15 * limit], row=1, col=column)
         figure.update_xaxes(title="true range, m", row=1, col=column)
     return styled(figure, 380)

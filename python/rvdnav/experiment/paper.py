@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import attrs
@@ -17,9 +16,9 @@ from rvdnav.experiment.pictures import draw_edges, draw_map, draw_matches, draw_
 from rvdnav.experiment.sobel import THRESHOLDS, EdgeTrial, compare_edges
 from rvdnav.experiment.thinning import Thinning, compare_thinning
 from rvdnav.navigator import Navigator
-from rvdnav.report.page import figure_html, section, write_page
+from rvdnav.report.html import figure_html, note_html, section, strip_html, table_html
+from rvdnav.report.page import write_page
 from rvdnav.report.strip import strip_indices
-from rvdnav.report.tables import tiles_html
 from rvdnav.sequence import Sequence as Recorded
 from rvdnav.solution import Solution
 
@@ -95,15 +94,10 @@ def _range_caption(run: Run, timestamp_ns: int) -> str:
 
 
 def _strip(pictures: Sequence[str], captions: Sequence[str]) -> str:
-    cells = [
-        "<figure onclick=\"this.classList.toggle('wide')\">"
-        f'<img src="{uri}" alt="{escape(caption)}" loading="lazy"><figcaption>{escape(caption)}</figcaption></figure>'
-        for uri, caption in zip(pictures, captions, strict=True)
-    ]
-    return f'<div class="strip">{"".join(cells)}</div>'
+    return strip_html(zip(pictures, captions, strict=True))
 
 
-def _tiles(evaluation: Evaluation) -> str:
+def _tiles(evaluation: Evaluation) -> list[tuple[str, str, str]]:
     published = f"{evaluation.published} of {evaluation.frames} frames published"
     tiles = [("published", f"{100 * evaluation.published_fraction:.1f} %", published)]
     if evaluation.published:
@@ -123,26 +117,36 @@ def _tiles(evaluation: Evaluation) -> str:
                 f"{paper_deg / attitude.max():.1f} times our largest",
             ),
         ]
-    return tiles_html(tiles)
+    return tiles
 
 
 def _sobel_text(trials: Sequence[EdgeTrial]) -> str:
-    rows = "".join(
-        f"<tr><td>× {trial.noise:g}</td><td>{100 * trial.adaptive.detail:.1f} %</td>"
-        f"<td>{100 * trial.plain[trial.matched].detail:.1f} %</td>"
-        f"<td>{1e4 * trial.adaptive.noise:.1f}</td><td>{1e4 * trial.plain[trial.matched].noise:.1f}</td>"
-        f"<td>{THRESHOLDS[trial.matched]:.0f}</td></tr>"
-        for trial in trials
+    headings = (
+        "noise",
+        "true edges shown, adaptive",
+        "plain",
+        "noise edges in 10 000 px, adaptive",
+        "plain",
+        "plain threshold, grey levels",
     )
-    return (
-        '<p class="legend">A chart of edges of 8 to 35 % contrast on grounds from deep shadow to full light, with the '
+    rows = [
+        (
+            f"× {trial.noise:g}",
+            f"{100 * trial.adaptive.detail:.1f} %",
+            f"{100 * trial.plain[trial.matched].detail:.1f} %",
+            f"{1e4 * trial.adaptive.noise:.1f}",
+            f"{1e4 * trial.plain[trial.matched].noise:.1f}",
+            f"{THRESHOLDS[trial.matched]:.0f}",
+        )
+        for trial in trials
+    ]
+    note = note_html(
+        "A chart of edges of 8 to 35 % contrast on grounds from deep shadow to full light, with the "
         "noise of a sensor times 1, 2 and 3. The plain operator is drawn over all thresholds; the adaptive one has one "
         "setting. The table gives the plain operator the lowest threshold, a whole grey level, at which it shows no "
-        "more noise than the adaptive one.</p>"
-        '<div class="scroll"><table><thead><tr><th>noise</th><th>true edges shown, adaptive</th><th>plain</th>'
-        "<th>noise edges in 10 000 px, adaptive</th><th>plain</th><th>plain threshold, grey levels</th></tr></thead>"
-        f"<tbody>{rows}</tbody></table></div>"
+        "more noise than the adaptive one."
     )
+    return note + table_html(headings, rows)
 
 
 def _chart_pictures(trial: EdgeTrial) -> str:
@@ -152,17 +156,26 @@ def _chart_pictures(trial: EdgeTrial) -> str:
 
 
 def _thinning_table(thinned: Sequence[tuple[str, Sequence[Thinning]]]) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(what)}, {escape(one.name)}</td><td>{one.pixels}</td><td>{one.thick}</td>"
-        f"<td>{one.components[0]} → {one.components[1]}</td><td>{one.offset_px:.2f}</td>"
-        f"<td>{1e3 * one.seconds:.2f}</td></tr>"
+    headings = (
+        "thinned, by",
+        "pixels left",
+        "2 × 2 blocks left",
+        "connected edges",
+        "RMS distance from the true edge, px",
+        "time, ms",
+    )
+    rows = [
+        (
+            f"{what}, {one.name}",
+            str(one.pixels),
+            str(one.thick),
+            f"{one.components[0]} → {one.components[1]}",
+            f"{one.offset_px:.2f}",
+            f"{1e3 * one.seconds:.2f}",
+        )
         for what, pair in thinned
         for one in pair
-    )
-    return (
-        '<div class="scroll"><table><thead><tr><th>thinned, by</th><th>pixels left</th><th>2 × 2 blocks left</th>'
-        "<th>connected edges</th><th>RMS distance from the true edge, px</th><th>time, ms</th></tr></thead>"
-        f"<tbody>{rows}</tbody></table></div>"
-        '<p class="legend">The usual thinning is that of Zhang and Suen, as scikit-image has it. Times are medians on '
-        "this machine.</p>"
+    ]
+    return table_html(headings, rows) + note_html(
+        "The usual thinning is that of Zhang and Suen, as scikit-image has it. Times are medians on this machine."
     )

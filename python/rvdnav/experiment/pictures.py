@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +10,7 @@ from rvdnav.core import Core
 from rvdnav.images import PixelArray
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.report.edges import edge_mask
+from rvdnav.report.html import png_uri
 from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
 
@@ -22,7 +21,7 @@ _GAP = 8  # px between two views
 
 def draw_plain(frame: Frame) -> str:
     """The left image of a frame."""
-    return _png(_left(frame))
+    return png_uri(_left(frame))
 
 
 def draw_edges(core: Core, frame: Frame) -> str:
@@ -32,7 +31,7 @@ def draw_edges(core: Core, frame: Frame) -> str:
 
 def draw_map(image: NDArray[np.bool_] | PixelArray) -> str:
     """A grey image, or a mask (h, w) dark on white."""
-    return _png(np.where(image, 0, 255).astype(np.uint8) if image.dtype == np.bool_ else image.astype(np.uint8))
+    return png_uri(np.where(image, 0, 255).astype(np.uint8) if image.dtype == np.bool_ else image.astype(np.uint8))
 
 
 def draw_matches(core: Core, frame: Frame, rig: Rig) -> str:
@@ -55,7 +54,7 @@ def draw_matches(core: Core, frame: Frame, rig: Rig) -> str:
         b[:, 0] += left.shape[1] + _GAP
         for start, end in zip(a, b, strict=True):
             _draw_pair(canvas, start, end, colour)
-    return _png(canvas)
+    return png_uri(canvas)
 
 
 def _draw_pair(canvas: NDArray[np.uint8], start: FloatArray, end: FloatArray, colour: tuple[int, int, int]) -> None:
@@ -72,8 +71,3 @@ def _left(frame: Frame) -> PixelArray:
     if frame.left is None:
         raise ValueError("the frame has no left image")
     return frame.left.pixels
-
-
-def _png(image: NDArray[np.uint8]) -> str:
-    _, encoded = cv2.imencode(".png", image)
-    return "data:image/png;base64," + base64.b64encode(encoded.tobytes()).decode("ascii")

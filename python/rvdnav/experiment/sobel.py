@@ -5,14 +5,12 @@ from __future__ import annotations
 import attrs
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from rvdnav.core import Core, unpack_edges
 from rvdnav.experiment.chart import Chart, draw_chart
 from rvdnav.images import PixelArray
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 
-BoolArray = NDArray[np.bool_]
 NOISES = (1.0, 2.0, 3.0)
 """Factors on the sensor's noise."""
 THRESHOLDS = np.arange(3.0, 40.0, 1.0)

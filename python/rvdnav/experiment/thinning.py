@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rvdnav.core import Core, unpack_edges
 from rvdnav.errors import InputError
 from rvdnav.experiment.chart import Chart
+from rvdnav.pose.arrays import BoolArray
 
-BoolArray = NDArray[np.bool_]
 _REPEATS = 7
 _NEAR_PX = 4.0
 

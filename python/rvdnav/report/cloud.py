@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 
 import cv2
@@ -12,16 +11,16 @@ from plotly.subplots import make_subplots
 
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.reconstruction import Cloud
-from rvdnav.report.page import figure_html, section, write_page
-from rvdnav.report.strip import Picture
+from rvdnav.report.html import figure_html, jpeg_uri, section, table_html
+from rvdnav.report.page import write_page
 from rvdnav.report.style import GRID, MEASURED, styled
-from rvdnav.report.tables import tiles_html
 from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
 
 _DRAWN_POINTS = 15_000
 """More make a page slow."""
 _SCALE = 2  # of the picture
+_JPEG_QUALITY = 85
 _STOPS = 12  # of the legend's colour gradient
 _INK = "#808696"  # legible on a light and a dark page
 _QUANTILES = (5, 50, 95)
@@ -38,7 +37,7 @@ def write_cloud_report(path: Path, name: str, cloud: Cloud, frame: Frame, rig: R
     write_page(path, name, f"stereo frame at {frame.timestamp_ns} ns", _tiles(cloud), sections)
 
 
-def _tiles(cloud: Cloud) -> str:
+def _tiles(cloud: Cloud) -> list[tuple[str, str, str]]:
     tiles = [("points", str(len(cloud)), "matched in both views")]
     if len(cloud):
         near, middle, far = np.percentile(cloud.depth, _QUANTILES)
@@ -47,7 +46,7 @@ def _tiles(cloud: Cloud) -> str:
         tiles.append(("median σ", f"{half:.2f} mm", f"95 %: {most:.2f} mm; of a point along the left camera's ray"))
         half, most = np.percentile(cloud.sigma_disparity, (50, 95))
         tiles.append(("median σ of disparity", f"{half:.3f} px", f"95 %: {most:.3f} px"))
-    return tiles_html(tiles)
+    return tiles
 
 
 def _depth_range(cloud: Cloud) -> tuple[float, float]:
@@ -74,11 +73,8 @@ def _picture(cloud: Cloud, frame: Frame, rig: Rig) -> str:
         for pixel, colour in zip(pixels.tolist(), _colours(cloud.depth, low, high), strict=True):
             cv2.circle(canvas, pixel, 1, colour, -1)
         legend = _legend(low, high)
-    # Dots this small would lose their colours at half the resolution.
-    full = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
-    _, jpeg = cv2.imencode(".jpg", canvas, [cv2.IMWRITE_JPEG_QUALITY, 85, *full])
-    picture = Picture(timestamp_ns=frame.timestamp_ns, camera=0, jpeg=jpeg.tobytes())
-    return f'{legend}<figure class="wide"><img src="{picture.data_uri}" alt="left image with matched points"></figure>'
+    uri = jpeg_uri(canvas, _JPEG_QUALITY)
+    return f'{legend}<figure class="wide"><img src="{uri}" alt="left image with matched points"></figure>'
 
 
 def _legend(low: float, high: float) -> str:
@@ -163,18 +159,15 @@ def _sigma_figure(cloud: Cloud) -> go.Figure:
 
 
 def _quantile_table(cloud: Cloud) -> str:
-    rows = [
-        ("depth, m", cloud.depth, "{:.3f}"),
-        ("disparity, px", cloud.disparity, "{:.2f}"),
-        ("σ of the disparity, px", cloud.sigma_disparity, "{:.3f}"),
-        ("σ of the point, mm", cloud.sigma * 1e3, "{:.3f}"),
-        ("correlation of the views", cloud.score, "{:.3f}"),
-    ]
-    head = "".join(f"<th>{quantile} %</th>" for quantile in _QUANTILES)
-    body = "".join(
-        f"<tr><td>{escape(label)}</td>"
-        + "".join(f"<td>{form.format(value)}</td>" for value in np.percentile(values, _QUANTILES))
-        + "</tr>"
-        for label, values, form in rows
+    kinds = (
+        ("depth, m", cloud.depth, 3),
+        ("disparity, px", cloud.disparity, 2),
+        ("σ of the disparity, px", cloud.sigma_disparity, 3),
+        ("σ of the point, mm", cloud.sigma * 1e3, 3),
+        ("correlation of the views", cloud.score, 3),
     )
-    return f'<div class="scroll"><table><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    rows = [
+        (label, *(f"{value:.{digits}f}" for value in np.percentile(values, _QUANTILES)))
+        for label, values, digits in kinds
+    ]
+    return table_html(("", *(f"{quantile} %" for quantile in _QUANTILES)), rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
+from rvdnav.report.html import Html, table_html
 from rvdnav.solution import Solution, State
 
 
@@ -14,7 +15,7 @@ def lost_table(solutions: Sequence[Solution], black_boxes: Mapping[int, str]) ->
     black_boxes: timestamp, ns, of a frame that lost the target -> its black box's folder, relative to the page.
     Empty where the target was never lost.
     """
-    rows: list[str] = []
+    rows: list[list[str]] = []
     unpublished: list[Solution] = []
     last_pose_ns = start_ns = solutions[0].timestamp_ns
     for solution in solutions:
@@ -28,16 +29,15 @@ def lost_table(solutions: Sequence[Solution], black_boxes: Mapping[int, str]) ->
                 f"{(solution.timestamp_ns - start_ns) * 1e-9:.3f} s",
                 f"{(solution.timestamp_ns - last_pose_ns) * 1e-9:.3f} s",
                 str(len(unpublished)),
-                escape(", ".join(sorted(reasons)) or "–"),
+                ", ".join(sorted(reasons)) or "–",
                 _link(black_boxes.get(solution.timestamp_ns)),
             ]
-            rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+            rows.append(cells)
     if not rows:
         return ""
     headings = ("lost at", "since the last pose", "frames refused", "their reasons", "black box")
-    head = "<tr>" + "".join(f"<th>{heading}</th>" for heading in headings) + "</tr>"
-    return f'<div class="scroll"><table><thead>{head}</thead><tbody>{"".join(rows)}</tbody></table></div>'
+    return table_html(headings, rows)
 
 
 def _link(folder: str | None) -> str:
-    return "–" if folder is None else f'<a href="{escape(folder)}/">{escape(folder)}</a>'
+    return "–" if folder is None else Html(f'<a href="{escape(folder)}/">{escape(folder)}</a>')

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 
 import attrs
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.report.html import jpeg_uri
 from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
 from rvdnav.solution import Solution
@@ -26,6 +26,7 @@ _CURVE_POINTS = 24  # along a straight edge, so that the lens distortion bends i
 _SUBPIXEL_BITS = 4
 _SCALE = 2  # of the picture, for lines finer than a pixel
 _OVERHANG = 14.0  # px
+_JPEG_QUALITY = 80
 
 EdgeMask = Callable[[int, ByteArray], NDArray[np.bool_]]
 """Camera index and image (h, w) -> mask (h, w) of its edge pixels."""
@@ -33,16 +34,11 @@ EdgeMask = Callable[[int, ByteArray], NDArray[np.bool_]]
 
 @attrs.frozen
 class Picture:
-    """One frame of the strip: an encoded image and what stands below it."""
+    """One frame of the strip: of which time and camera, and its image for an img element's src."""
 
     timestamp_ns: int
     camera: int
-    jpeg: bytes
-
-    @property
-    def data_uri(self) -> str:
-        """For an img element's src."""
-        return "data:image/jpeg;base64," + base64.b64encode(self.jpeg).decode("ascii")
+    uri: str
 
 
 def strip_indices(frames: int, count: int = 6) -> tuple[int, ...]:
@@ -64,9 +60,7 @@ def draw_picture(frame: Frame, solution: Solution, rig: Rig, target: Target, edg
     if solution.T_world_target is not None:
         for curve in _projected_edges(solution.T_world_target, rig, target, camera):
             _draw_curve(canvas, curve, _TARGET_COLOUR)
-    quality = [cv2.IMWRITE_JPEG_QUALITY, 80, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
-    _, jpeg = cv2.imencode(".jpg", canvas, quality)
-    return Picture(timestamp_ns=frame.timestamp_ns, camera=camera, jpeg=jpeg.tobytes())
+    return Picture(timestamp_ns=frame.timestamp_ns, camera=camera, uri=jpeg_uri(canvas, _JPEG_QUALITY))
 
 
 def _lengthened(segment: FloatArray) -> FloatArray:

@@ -18,12 +18,14 @@ MEASURED = "#2f7fe0"
 BAND = "rgba(47, 127, 224, 0.20)"
 TRUE = "#e08a2e"
 PREDICTED = "#9270d8"
+GOOD = "#23a172"
+LIMIT = "#d94f4f"
 GRID = "rgba(128, 134, 150, 0.28)"
 STATE_COLOURS = {
     State.SEARCHING: "#d9a02b",
-    State.TRACKING: "#23a172",
+    State.TRACKING: GOOD,
     State.COASTING: PREDICTED,
-    State.LOST: "#d94f4f",
+    State.LOST: LIMIT,
 }
 
 

@@ -1,19 +1,19 @@
-"""Headline numbers, the table by range and the captions of the report, as HTML."""
+"""Headline numbers, tables and captions of the report of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Sequence
 
 import numpy as np
 
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
+from rvdnav.report.html import note_html, table_html
 from rvdnav.report.strip import Picture
 from rvdnav.solution import LearnedDimensions, Solution
 from rvdnav.summary import dimension_rows, median_frame_time, median_sigmas
 
 
-def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None) -> str:
+def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None) -> list[tuple[str, str, str]]:
     """The numbers at the top: published, errors (claimed 1 sigma without truth), speed."""
     published = sum(s.published for s in solutions)
     tiles = [("published", f"{100 * published / len(solutions):.1f} %", f"{published} of {len(solutions)} frames")]
@@ -33,33 +33,20 @@ def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None)
     seconds = median_frame_time(solutions)
     if seconds:
         tiles.append(("speed", f"{1 / seconds:.1f} fps", f"{seconds * 1e3:.1f} ms a frame, median"))
-    return tiles_html(tiles)
-
-
-def tiles_html(tiles: Iterable[tuple[str, str, str]]) -> str:
-    """Headline numbers: each its label, value and note."""
-    return "".join(
-        f'<div class="tile"><div class="label">{escape(label)}</div><div class="value">{escape(value)}</div>'
-        f'<div class="note">{escape(note)}</div></div>'
-        for label, value, note in tiles
-    )
+    return tiles
 
 
 def range_table(evaluation: Evaluation) -> str:
     """Median / 95 % / max of both errors for each range bin and all together."""
-    head = (
-        '<tr><th rowspan="2">range</th><th rowspan="2">frames</th><th rowspan="2">published</th>'
-        '<th colspan="3">position error, mm</th><th colspan="3">attitude error, °</th></tr>'
-        "<tr>" + "<th>median</th><th>95 %</th><th>max</th>" * 2 + "</tr>"
-    )
-    rows = [_table_row(row) for row in evaluation.rows if row.frames] + [_table_row(evaluation.overall, "total")]
-    return f'<div class="scroll"><table><thead>{head}</thead><tbody>{"".join(rows)}</tbody></table></div>'
+    groups = (("", 3), ("position error, mm", 3), ("attitude error, °", 3))
+    headings = ("range", "frames", "published", *("median", "95 %", "max") * 2)
+    rows = [_table_row(row) for row in (*(row for row in evaluation.rows if row.frames), evaluation.overall)]
+    return table_html(headings, rows, groups=groups, total=True)
 
 
-def _table_row(row: RangeRow, style: str = "") -> str:
+def _table_row(row: RangeRow) -> list[str]:
     cells = [row.name, str(row.frames), f"{100 * row.published / row.frames:.1f} %"]
-    cells += _quantile_cells(row.position_m, 1e3) + _quantile_cells(row.attitude_rad, float(np.degrees(1.0)))
-    return f'<tr class="{style}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+    return cells + _quantile_cells(row.position_m, 1e3) + _quantile_cells(row.attitude_rad, float(np.degrees(1.0)))
 
 
 def _quantile_cells(quantiles: Quantiles | None, scale: float) -> list[str]:
@@ -70,13 +57,9 @@ def _quantile_cells(quantiles: Quantiles | None, scale: float) -> list[str]:
 
 def dimension_table(dimensions: LearnedDimensions) -> str:
     """The sizes that were learnt, with their standard deviations."""
-    head = "<tr><th>dimension</th><th>size, mm</th><th>σ, mm</th></tr>"
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in dimension_rows(dimensions)
-    )
     known = "enough to navigate with one camera" if dimensions.known else "not yet enough to navigate with one camera"
-    note = f'<p class="legend">As known at the end, from {dimensions.frames} frames: {known}.</p>'
-    return f'{note}<div class="scroll"><table><thead>{head}</thead><tbody>{rows}</tbody></table></div>'
+    note = note_html(f"As known at the end, from {dimensions.frames} frames: {known}.")
+    return note + table_html(("dimension", "size, mm", "σ, mm"), dimension_rows(dimensions))
 
 
 def picture_caption(picture: Picture, solution: Solution, start_ns: int) -> str:
@@ -87,4 +70,4 @@ def picture_caption(picture: Picture, solution: Solution, start_ns: int) -> str:
         parts.append(f"range {np.linalg.norm(solution.T_world_target[:3, 3]):.3f} m")
     else:
         parts += sorted(reason.name for reason in solution.reasons)
-    return escape(" · ".join(parts))
+    return " · ".join(parts)
