@@ -48,4 +48,4 @@ def test_without_a_sequence_the_example_is_taken(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(rvdnav, "__file__", str(tmp_path / "a" / "b" / "__init__.py"))
     assert execute(["bench"]) == 2
-    assert "examples/approach: no such folder" in capsys.readouterr().err
+    assert "examples/approach: no such file or folder" in capsys.readouterr().err

@@ -6,27 +6,16 @@ from pathlib import Path
 
 from rich.table import Table
 
-import rvdnav
 from rvdnav.benchmark import Benchmark, Timing, benchmark
-from rvdnav.cli.tables import console
-from rvdnav.errors import InputError
+from rvdnav.cli.examples import example
+from rvdnav.cli.terminal import console
 from rvdnav.sequence import open_sequence
-
-_EXAMPLE = Path("examples/approach")
 
 
 def bench(path: Path | None) -> int:
     """Time the frames of the sequence at ``path``, of the example where it is None.  Raises InputError."""
-    _print_benchmark(benchmark(open_sequence(path or _example())))
+    _print_benchmark(benchmark(open_sequence(example("approach") if path is None else path)))
     return 0
-
-
-def _example() -> Path:
-    """The example beside the working folder, else that of the checkout which the package is imported from."""
-    for root in (Path(), Path(rvdnav.__file__).resolve().parents[2]):
-        if (root / _EXAMPLE).is_dir():
-            return root / _EXAMPLE
-    raise InputError(f"{_EXAMPLE}: no such folder; name a sequence")
 
 
 def _print_benchmark(result: Benchmark) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from rvdnav.budget import Assumptions, Budget, draw_up, parse_requirement, write_budget
@@ -23,7 +22,7 @@ from rvdnav.budget.rows import (
     improvement_grid,
     verdict,
 )
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
 from rvdnav.rig import CAMCHAIN, RIG, load_rig
@@ -57,23 +56,20 @@ def budget(
     folder = _folder(path)
     rig = load_rig(folder)
     known = load_target(folder / _TARGET if target is None else target)
-    errors = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
-        task = progress.add_task("Monte Carlo", total=None, visible=checked)
-        result = draw_up(
-            folder.resolve().name,
-            rig,
-            known,
-            assumptions,
-            ranges=distances,
-            angles=[math.radians(angle) for angle in degrees],
-            at=detail,
-            requirements=wanted,
-            checked=checked,
-            drawn=lambda draws, total: progress.update(task, completed=draws, total=total),
-        )
     with staged_directory(out) as staging:
+        with progress_bars() as tell:
+            result = draw_up(
+                folder.resolve().name,
+                rig,
+                known,
+                assumptions,
+                ranges=distances,
+                angles=[math.radians(angle) for angle in degrees],
+                at=detail,
+                requirements=wanted,
+                checked=checked,
+                drawn=partial(tell, "Monte Carlo"),
+            )
         write_budget(staging / "budget.html", result)
     _print(result)
     console.print(f"page: {out / 'budget.html'}", soft_wrap=True)

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -15,7 +14,7 @@ from rvdnav.calibration import Board, Calibration, CalibrationError, Dropped, ca
 from rvdnav.calibration.board import parse_corners, parse_length
 from rvdnav.calibration.opencv_file import OPENCV_FILE, save_opencv
 from rvdnav.calibration.page import verdict, verdict_sentence, write_calibration
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console, errors, print_note
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
 from rvdnav.rig import save_rig
@@ -43,19 +42,18 @@ def calibrate_folder(
     """
     board = _board(corners, square, marker, dictionary)
     expected = None if baseline is None else parse_length("--baseline", baseline)
-    errors = Console(stderr=True, highlight=False, markup=False)
     pairs = read_pairs(path)
     try:
-        with _progress(errors) as progress:
+        with _progress() as progress:
             calibration = calibrate(pairs, board, progress)
     except CalibrationError as error:
-        _tell_dropped(errors, error.dropped)
+        _tell_dropped(error.dropped)
         raise InputError(f"{path}: {error}") from error
-    _tell_dropped(errors, calibration.dropped)
+    _tell_dropped(calibration.dropped)
     if expected is not None:
         _check_baseline(path, calibration, expected)
     for notice in _notices(calibration):
-        errors.print(f"rvdnav: note: {notice}", soft_wrap=True)
+        print_note(notice)
     with staged_directory(out) as staging:
         save_rig(calibration.rig, staging)
         save_opencv(calibration.rig, staging / OPENCV_FILE)
@@ -82,7 +80,7 @@ def _board(corners: str, square: str, marker: str | None, dictionary: str | None
 
 
 @contextmanager
-def _progress(errors: Console) -> Iterator[Callable[[str], None]]:
+def _progress() -> Iterator[Callable[[str], None]]:
     """Tells on a terminal which view was searched last."""
     if not errors.is_terminal:
         yield lambda name: None
@@ -93,9 +91,9 @@ def _progress(errors: Console) -> Iterator[Callable[[str], None]]:
         yield lambda name: bar.update(task, description=f"view {name} searched")
 
 
-def _tell_dropped(errors: Console, dropped: tuple[Dropped, ...]) -> None:
+def _tell_dropped(dropped: tuple[Dropped, ...]) -> None:
     for view in dropped:
-        errors.print(f"rvdnav: note: view {view.name} dropped: {view.reason}", soft_wrap=True)
+        print_note(f"view {view.name} dropped: {view.reason}")
 
 
 def _check_baseline(path: Path, calibration: Calibration, expected: float) -> None:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from rvdnav.campaign import Pool, Summary, load_plan, run_campaign, summarise
 from rvdnav.campaign.page import REPORT, write_campaign_report
 from rvdnav.campaign.run import BACKENDS
 from rvdnav.campaign.store import RESULTS
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
 
 
@@ -24,14 +22,7 @@ def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: i
     if backend not in BACKENDS:
         raise InputError(f"--backend {backend}: is none of {', '.join(BACKENDS)}")
     plan = load_plan(path)
-    errors = Console(stderr=True, highlight=False, markup=False)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        tasks = {what: bar.add_task(what, total=None, visible=False) for what in ("scenes", "trials")}
-
-        def tell(what: str, done: int, total: int) -> None:
-            bar.update(tasks[what], completed=done, total=total, visible=total > 0)
-
+    with progress_bars() as tell:
         rows = run_campaign(plan, out, Pool(backend, scheduler, jobs), tell)
     summary = summarise(rows)
     write_campaign_report(out / REPORT, plan.name, summary, rows)

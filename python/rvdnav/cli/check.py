@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from rvdnav.calibration.check import RigCheck, check_rig
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console
 from rvdnav.sequence import open_sequence
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rvdnav import evaluation
 from rvdnav.cli.blackboxes import black_boxes
-from rvdnav.cli.tables import console, print_evaluation
+from rvdnav.cli.tables import print_evaluation
+from rvdnav.cli.terminal import console
 from rvdnav.errors import InputError
 from rvdnav.output import read_solutions, staged_directory
 from rvdnav.report import write_report

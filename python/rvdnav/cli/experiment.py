@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rvdnav.cli.examples import example
 from rvdnav.cli.simulate import render
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console
 from rvdnav.errors import InputError
 from rvdnav.experiment import REPORT, navigate, write_paper_report
 from rvdnav.output import staged_directory
 from rvdnav.sequence import open_sequence
 
-PAPER_SCENARIO = Path("examples") / "scenarios" / "paper.yaml"
 _SEQUENCE = "sequence"
 
 
@@ -22,15 +22,14 @@ def experiment(name: str, run: Path | None, out: Path) -> int:
     """
     if name != "paper":
         raise InputError(f"experiment {name!r}: there is only 'paper'")
-    place = PAPER_SCENARIO if run is None else run
+    place = example("scenarios/paper.yaml") if run is None else run
     if not place.exists():
         raise InputError(f"{place}: no such sequence or scenario")
     if place.is_file():
-        out.mkdir(parents=True, exist_ok=True)
         render(place, out / _SEQUENCE)
         place = out / _SEQUENCE
-    navigated = navigate(open_sequence(place))
     with staged_directory(out) as staging:
+        navigated = navigate(open_sequence(place))
         write_paper_report(staging / REPORT, navigated)
     console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0 if navigated.evaluation.published else 1

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rvdnav.cli.tables import console, print_cloud
+from rvdnav.cli.tables import print_cloud
+from rvdnav.cli.terminal import console
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory

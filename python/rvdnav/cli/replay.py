@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rvdnav.blackbox import replay
-from rvdnav.cli.tables import console
+from rvdnav.cli.terminal import console
 
 
 def replay_folder(folder: Path) -> int:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from rvdnav import Navigator, open_sequence
 from rvdnav.blackbox import Recorder
 from rvdnav.cli.blackboxes import BLACK_BOXES, black_boxes
-from rvdnav.cli.tables import console, print_responses, print_summary
+from rvdnav.cli.tables import print_responses, print_summary
+from rvdnav.cli.terminal import console, print_note, progress_bars
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
@@ -22,7 +19,7 @@ from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.navigator import parse_pose
 from rvdnav.output import SMOOTHED, staged_directory, write_smoothed, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
-from rvdnav.sequence import Frame, Sequence
+from rvdnav.sequence import Sequence
 from rvdnav.solution import Solution
 from rvdnav.target import Target
 
@@ -77,24 +74,15 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
     told: set[str] = set()
-    errors = Console(stderr=True, highlight=False, markup=False)
-    for frame in _watched(sequence, errors):
-        solutions.append(recorder.process(frame))
-        for notice in sequence.notices:
-            if notice not in told:
-                errors.print(f"rvdnav: note: {notice}", soft_wrap=True)
-                told.add(notice)
+    with progress_bars() as tell:
+        for frame in sequence:
+            solutions.append(recorder.process(frame))
+            tell("frames", len(solutions), len(sequence))
+            for notice in sequence.notices:
+                if notice not in told:
+                    print_note(notice)
+                    told.add(notice)
     return solutions, navigator.learned_target or sequence.target
-
-
-def _watched(sequence: Sequence, errors: Console) -> Iterator[Frame]:
-    """The frames, with a progress bar on a terminal."""
-    if not errors.is_terminal:
-        yield from sequence
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True) as progress:
-        yield from progress.track(sequence, total=len(sequence), description="frames")
 
 
 def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:

@@ -6,17 +6,14 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
+from rvdnav.cli.terminal import console
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.faults import Fault, Response
 from rvdnav.reconstruction import Cloud
 from rvdnav.solution import LearnedDimensions, Solution, State
 from rvdnav.summary import dimension_rows, learned_dimensions, median_frame_time, median_sigmas
-
-console = Console(highlight=False, markup=False)
-"""Results, on stdout."""
 
 
 def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) -> None:

@@ -1,0 +1,35 @@
+"""What the commands share of the terminal: results on stdout; notes and progress on stderr."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+console = Console(highlight=False, markup=False)
+"""Results, on stdout."""
+errors = Console(stderr=True, highlight=False, markup=False)
+"""Notes and progress, on stderr."""
+
+
+def print_note(text: str) -> None:
+    """Something that the user should know, on stderr."""
+    errors.print(f"rvdnav: note: {text}", soft_wrap=True)
+
+
+@contextmanager
+def progress_bars() -> Iterator[Callable[[str, int, int], None]]:
+    """Gives tell(what, done, total), which shows a bar for each `what`; nothing where stderr is no terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    tasks: dict[str, TaskID] = {}
+
+    def tell(what: str, done: int, total: int) -> None:
+        if what in tasks:
+            progress.update(tasks[what], completed=done, total=total)
+        elif total:  # what an earlier run did is there from the start, or the time left would be reckoned with it
+            tasks[what] = progress.add_task(what, total=total, completed=done)
+
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
+        yield tell
