@@ -112,3 +112,10 @@ def test_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["experiment", "paper", "--run", str(tmp_path / "none"), "--out", out]) == 2
     assert "no such sequence or scenario" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    for run in (EXAMPLE, EXAMPLE.parent / "scenarios" / "paper.yaml"):
+        for place in (taken, taken / "below"):
+            assert execute(["experiment", "paper", "--run", str(run), "--out", str(place)]) == 2
+            assert capsys.readouterr().err.startswith(f"rvdnav: {taken}")
+    assert taken.read_text() == "mine"
