@@ -119,7 +119,8 @@ def test_of_a_box_the_edges_in_sight_are_measured() -> None:
 
 
 def test_the_budget_agrees_with_poses_from_drawn_errors() -> None:
-    result = check(design(example_rig()), 0.6, math.radians(15.0), seed=3)
+    # The standard deviations of 800 draws are known to 2.5 %.
+    result = check(design(example_rig()), 0.6, math.radians(15.0), samples=800, seed=3)
     np.testing.assert_allclose(result.ratios, 1.0, atol=0.1)
     assert result.agrees
     assert not attrs.evolve(result, drawn=result.drawn * [1.0, 1.0, 1.0, 1.0, 1.0, 1.2]).agrees

@@ -60,7 +60,8 @@ def test_an_uncertain_calibration_is_given_the_benefit_of_the_doubt() -> None:
     assert not check(attrs.evolve(rig, calibration_covariance=np.eye(22) * np.radians(0.05) ** 2)).due
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rvdnav.calibration.check.MAX_FRAMES", 3)
     assert execute(["calibrate", "check", str(EXAMPLE)]) == 0
     assert "the rig is true" in capsys.readouterr().out
     copy = tmp_path / "flown"

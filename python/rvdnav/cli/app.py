@@ -30,10 +30,33 @@ EXIT_INTERRUPTED = 130
 # Typer exports no base class of its usage errors, and the module that it lives in differs between Typer's versions.
 _UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
+_ORDER = (
+    "run",
+    "evaluate",
+    "replay",
+    "reconstruct",
+    "calibrate",
+    "simulate",
+    "campaign",
+    "experiment",
+    "budget",
+    "bench",
+)
+
+
+class _Commands(TyperGroup):
+    """The commands in the order of their use; Typer by itself puts groups last."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return sorted(super().list_commands(ctx), key=_ORDER.index)
+
+
 app = typer.Typer(
+    cls=_Commands,
     help="Stereo-vision navigation for spacecraft rendezvous and docking.",
     add_completion=False,
     rich_markup_mode=None,
+    context_settings={"max_content_width": 100},
 )
 
 
@@ -41,15 +64,16 @@ class _Calibrate(TyperGroup):
     """A group whose first word may also be the folder: `calibrate FOLDER` stands for `calibrate images FOLDER`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if args and args[0] not in self.commands and args[0] != "--help":
+        if not args or (args[0] not in self.commands and args[0] != "--help"):
             args = ["images", *args]
         return list(super().parse_args(ctx, args))
 
 
 calibrate_app = typer.Typer(
     cls=_Calibrate,
-    help="Calibrate a stereo rig: calibrate FOLDER --board 9x6 --square 25mm --out DIR. "
-    "(calibrate images --help has all options.)",
+    help="Calibrate a stereo rig from pictures of a board: calibrate FOLDER --board 9x6 --square 25mm --out DIR; "
+    "all options: calibrate images --help. Or tell whether a flown rig is still true: calibrate check SEQUENCE.",
+    short_help="Calibrate a stereo rig from pictures of a board, or check a flown one.",
     rich_markup_mode=None,
     add_completion=False,
 )
@@ -71,7 +95,7 @@ def _common(
     """Stereo-vision navigation for spacecraft rendezvous and docking."""
 
 
-@app.command("run")
+@app.command("run", short_help="Measure the target's pose in every frame of a sequence.")
 def _run(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
@@ -91,16 +115,16 @@ def _run(
     return run(sequence, out, fault or [], initial_pose, smoothed)
 
 
-@app.command("evaluate")
+@app.command("evaluate", short_help="Compare a run with the true poses.")
 def _evaluate(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the sequence, with its truth.")],
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run over it.")],
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with the results of a run over it.")],
 ) -> int:
     """Compare a run with the true poses: a table, and evaluation.html in DIR."""
     return evaluate(sequence, directory)
 
 
-@app.command("simulate")
+@app.command("simulate", short_help="Render a scenario into a sequence with its true poses.")
 def _simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario file (YAML).")],
     out: Annotated[Path, typer.Option("--out", metavar="SEQUENCE", help="Folder of the sequence to be made.")],
@@ -109,7 +133,7 @@ def _simulate(
     return render(scenario, out)
 
 
-@app.command("reconstruct")
+@app.command("reconstruct", short_help="Reconstruct the visible surface of one frame.")
 def _reconstruct(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
     frame: Annotated[int, typer.Option("--frame", metavar="N", help="Number of the frame, 0 the first.")],
@@ -119,7 +143,7 @@ def _reconstruct(
     return reconstruct_frame(sequence, frame, out)
 
 
-@app.command("replay")
+@app.command("replay", short_help="Go through what led to a lost target again, to the same bits.")
 def _replay(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Black box that a run wrote, DIR/blackbox/...")],
 ) -> int:
@@ -127,7 +151,7 @@ def _replay(
     return replay_folder(folder)
 
 
-@app.command("budget")
+@app.command("budget", short_help="Tell how far the pose may err, from which causes, and what must improve.")
 def _budget(
     path: Annotated[
         Path,
@@ -149,10 +173,16 @@ def _budget(
     ] = False,
     noise: Annotated[float, typer.Option(metavar="GREY", help="Noise of a pixel, grey levels.")] = 1.5,
     contrast: Annotated[float, typer.Option(metavar="GREY", help="Step at an edge, grey levels.")] = 100.0,
-    displacement: Annotated[float, typer.Option(metavar="PX", help="Of whole lines: offset and tilt, pixels.")] = 0.02,
-    tolerance: Annotated[float, typer.Option(metavar="MM", help="Of the target's corners, mm.")] = 0.05,
-    timing: Annotated[float, typer.Option(metavar="MS", help="Between the two exposures, ms.")] = 0.1,
-    speed: Annotated[float, typer.Option(metavar="M/S", help="Of the target relative to the cameras, m/s.")] = 0.1,
+    displacement: Annotated[
+        float, typer.Option(metavar="PX", help="Displacement of whole lines, offset and tilt, px.")
+    ] = 0.02,
+    tolerance: Annotated[
+        float, typer.Option(metavar="MM", help="Tolerance of the target's corners, each coordinate, mm.")
+    ] = 0.05,
+    timing: Annotated[float, typer.Option(metavar="MS", help="Time between the two exposures, ms.")] = 0.1,
+    speed: Annotated[
+        float, typer.Option(metavar="M/S", help="Speed of the target relative to the cameras, m/s.")
+    ] = 0.1,
 ) -> int:
     """Tell how far the pose may err, from which causes, and what must improve: tables, and budget.html in DIR."""
     assumptions = assume(noise, contrast, displacement, tolerance, timing, speed)
@@ -161,25 +191,27 @@ def _budget(
     )
 
 
-@app.command("bench")
+@app.command("bench", short_help="Time every stage and the whole frame.")
 def _bench(
     sequence: Annotated[
         Path | None,
-        typer.Argument(metavar="[SEQUENCE]", help="Folder of a stereo sequence; examples/approach by default."),
+        typer.Argument(metavar="SEQUENCE", help="Folder of a stereo sequence; examples/approach by default."),
     ] = None,
 ) -> int:
     """Time every stage and the whole frame, beside OpenCV's Canny and Hough transform on the same images."""
     return bench(sequence)
 
 
-@calibrate_app.command("images")
+@calibrate_app.command("images", short_help="Calibrate from pictures of a board; the word may be left out.")
 def _calibrate(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder or OpenCV list of the pictures.")],
     board: Annotated[str, typer.Option(metavar="9x6", help="The board's inner corners.")],
     square: Annotated[str, typer.Option(metavar="25mm", help="Side of a square.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
     marker: Annotated[str | None, typer.Option(metavar="18mm", help="Side of a marker: a ChArUco board.")] = None,
-    dictionary: Annotated[str | None, typer.Option(metavar="NAME", help="Of the markers; 5X5_100 by default.")] = None,
+    dictionary: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Dictionary of the markers; 5X5_100 by default.")
+    ] = None,
     baseline: Annotated[
         str | None, typer.Option(metavar="120mm", help="Distance of the cameras, if known: refuse what differs by 2 %.")
     ] = None,
@@ -188,13 +220,17 @@ def _calibrate(
     return calibrate_folder(folder, board, square, out, marker=marker, dictionary=dictionary, baseline=baseline)
 
 
-@app.command("experiment")
+@app.command("experiment", short_help="Repeat the paper's experiment and examine its claims.")
 def _experiment(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the experiment: paper.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Which experiment: paper is the only one.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the report.")],
     run: Annotated[
         Path | None,
-        typer.Option("--run", metavar="PATH", help="Sequence with truth, or scenario; examples/scenarios/paper.yaml."),
+        typer.Option(
+            "--run",
+            metavar="PATH",
+            help="Sequence with true poses, or scenario to render; examples/scenarios/paper.yaml by default.",
+        ),
     ] = None,
 ) -> int:
     """Repeat the paper's experiment: its figures 9 to 14 and its claims about edges, in DIR/experiment.html."""
@@ -203,17 +239,22 @@ def _experiment(
     return experiment(name, run, out)
 
 
-@app.command("campaign")
+@app.command("campaign", short_help="Run many sequences with faults and seeds, on cores or a cluster.")
 def _campaign(
-    plan: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="What to run: sequences, scenarios, seeds, faults.")],
+    plan: Annotated[
+        Path, typer.Argument(metavar="CAMPAIGN", help="Campaign file (YAML): sequences, scenarios, seeds, faults.")
+    ],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", help="Folder for the results; goes on where it stopped.")
     ],
     backend: Annotated[str, typer.Option(metavar="NAME", help="local, dask or ray.")] = "local",
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask or Ray cluster; one of its own without it.")
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Of a running Dask or Ray cluster; without it one is started on this machine."
+        ),
     ] = None,
-    jobs: Annotated[int, typer.Option(metavar="N", help="At once; -1 for as many as there are cores.")] = -1,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Trials at once; -1: as many as there are cores.")] = -1,
 ) -> int:
     """Run many sequences with faults and seeds: results.parquet and campaign.html in DIR."""
     from rvdnav.cli.campaign import campaign  # needs an extra that the other commands do without
@@ -221,7 +262,7 @@ def _campaign(
     return campaign(plan, out, backend, scheduler, jobs)
 
 
-@calibrate_app.command("check")
+@calibrate_app.command("check", short_help="Tell from a flown sequence whether its rig is still true.")
 def _check(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
 ) -> int:
