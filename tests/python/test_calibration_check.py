@@ -61,7 +61,7 @@ def test_an_uncertain_calibration_is_given_the_benefit_of_the_doubt() -> None:
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rvdnav.calibration.check.MAX_FRAMES", 3)
+    monkeypatch.setattr("rvdnav.calibration.check.MAX_FRAMES", 4)
     assert execute(["calibrate", "check", str(EXAMPLE)]) == 0
     assert "the rig is true" in capsys.readouterr().out
     copy = tmp_path / "flown"
