@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from rvdnav.bracket import EDGE_APEXES, Bracket
 from rvdnav.core import Core
 from rvdnav.errors import InputError
-from rvdnav.navigator.attempt import Surveyor
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.pose import LineMeasurements, PoseError, line_residuals, refine_pose_lines, triangulate
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig

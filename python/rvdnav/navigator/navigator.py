@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import attrs
@@ -10,18 +9,21 @@ import numpy as np
 
 from rvdnav.core import Core
 from rvdnav.errors import InputError
-from rvdnav.navigator.attempt import UNUSABLE, Attempt, Surveyor
+from rvdnav.navigator.attempt import Attempt
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import edge_model
+from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.gates import plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
+from rvdnav.navigator.intake import take_in
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
-from rvdnav.navigator.repeats import image_digest, repeats
 from rvdnav.navigator.residuals import line_residuals
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizing import SizingSurveyor
+from rvdnav.navigator.stage_times import now
+from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.navigator.transitions import next_state
 from rvdnav.navigator.views import Images
 from rvdnav.pose import ConstantVelocityFilter, PredictedPose
@@ -31,7 +33,6 @@ from rvdnav.sequence import Frame
 from rvdnav.solution import TOTAL, LearnedDimensions, Mode, Reason, Solution, State
 from rvdnav.target import Target
 
-_MISSING = (Reason.LEFT_MISSING, Reason.RIGHT_MISSING)
 _MIN_EDGES = 4
 _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 
@@ -88,21 +89,28 @@ class Navigator:
 
     def process(self, frame: Frame) -> Solution:
         """The solution of the next frame.  Raises CoreError if the core refuses the frame's images."""
-        start = time.perf_counter()
+        start = now()
         times: dict[str, float] = {}
+        solution = self._solution(frame, times)
+        times[TOTAL] = now() - start
+        return attrs.evolve(solution, stage_times=times)
+
+    def _solution(self, frame: Frame, times: dict[str, float]) -> Solution:
+        """The solution but for its times, to which the stages add theirs."""
         last_ns = self._memory.last_frame_ns
         if last_ns is not None and frame.timestamp_ns <= last_ns:
-            return self._without_pose(frame.timestamp_ns, frozenset({Reason.TIME_ORDER}), None, times, start)
+            return self._without_pose(frame.timestamp_ns, frozenset({Reason.TIME_ORDER}), None)
         self._remember(last_frame_ns=frame.timestamp_ns)
         self._take_up_initial_pose(frame.timestamp_ns)
-        images, notes = self._take(frame)
+        images, notes, digests = take_in(frame, self._memory.image_digests)
+        self._remember(image_digests=digests)
         if all(image is None for image in images):
-            return self._without_pose(frame.timestamp_ns, notes, None, times, start)
+            return self._without_pose(frame.timestamp_ns, notes, None)
         attempt, unusable = self._measure(frame.timestamp_ns, images, times)
         notes |= unusable
         if attempt.reasons or attempt.measurement is None:
-            return self._without_pose(frame.timestamp_ns, notes | attempt.reasons, attempt, times, start)
-        return self._published(frame.timestamp_ns, notes, attempt, attempt.measurement, times, start)
+            return self._without_pose(frame.timestamp_ns, notes | attempt.reasons, attempt)
+        return self._published(frame.timestamp_ns, notes, attempt, attempt.measurement)
 
     def _remember(self, **changes: Any) -> None:
         self._memory = attrs.evolve(self._memory, **changes)
@@ -114,32 +122,13 @@ class Navigator:
             self._filter.update(timestamp_ns, T, pose_covariance(T))
             self._remember(state=State.COASTING, last_pose_ns=timestamp_ns)
 
-    def _take(self, frame: Frame) -> tuple[Images, frozenset[Reason]]:
-        """The frame's images, None for those that are missing or were there before, and why."""
-        images: list[Any] = []
-        notes: set[Reason] = set()
-        digests = list(self._memory.image_digests)
-        for camera, image in enumerate((frame.left, frame.right)[: len(digests)]):
-            images.append(None)
-            if image is None:
-                notes.add(_MISSING[camera])
-                continue
-            digest = image_digest(image.pixels)
-            if repeats(image.pixels, digest, digests[camera]):
-                notes.add(Reason.DUPLICATE)
-                continue
-            digests[camera] = digest
-            images[camera] = image.pixels
-        self._remember(image_digests=tuple(digests))
-        return tuple(images), frozenset(notes)
-
     def _measure(self, timestamp_ns: int, images: Images, times: dict[str, float]) -> tuple[Attempt, frozenset[Reason]]:
         """The best attempt at a frame, and the cameras whose images turned out to be no pictures of the target."""
         attempt = self._search(timestamp_ns, images, times)
         unusable = attempt.unusable
         if attempt.passed or not unusable:
             return attempt, frozenset()
-        notes = frozenset(UNUSABLE[camera] for camera in unusable)
+        notes = attempt.unusable_reasons
         left_over = tuple(None if camera in unusable else image for camera, image in enumerate(images))
         if all(image is None for image in left_over):
             return attrs.evolve(attempt, reasons=notes, measurement=None), notes
@@ -150,8 +139,7 @@ class Navigator:
         prediction = self._prediction(timestamp_ns)
         tracked = None
         if prediction is not None:
-            odds = self._memory.held_odds
-            tracked = self._surveyor.track(images, prediction, self._memory.polarity, odds, times)
+            tracked = self._surveyor.track(images, self._expected(prediction), times)
             if tracked is not None:
                 tracked = self._against(prediction, timestamp_ns, tracked)
                 if self._model.bracket is None:
@@ -176,7 +164,7 @@ class Navigator:
         before = self._filter.state
         self._filter.loosen()
         prediction = self._filter.predict(timestamp_ns)
-        attempt = self._surveyor.track(images, prediction, self._memory.polarity, self._memory.held_odds, times)
+        attempt = self._surveyor.track(images, self._expected(prediction), times)
         if attempt is not None:
             attempt = self._against(prediction, timestamp_ns, attempt)
             if attempt.passed:
@@ -198,14 +186,15 @@ class Navigator:
         followed = self._memory.state in (State.TRACKING, State.COASTING) or self._memory.held_odds is not None
         return self._filter.predict(timestamp_ns) if followed else None
 
+    def _expected(self, prediction: PredictedPose) -> Expectation:
+        return Expectation(prediction, self._memory.polarity, self._memory.held_odds)
+
     def _published(
         self,
         timestamp_ns: int,
         notes: frozenset[Reason],
         attempt: Attempt,
         measurement: Measurement,
-        times: dict[str, float],
-        start: float,
     ) -> Solution:
         predicted = self._prediction(timestamp_ns)
         # Calibration and learnt sizes err alike in all frames: the filter, which takes errors for independent, isn't
@@ -227,7 +216,6 @@ class Navigator:
             initial_pose=None,
         )
         cameras = measurement.cameras
-        times[TOTAL] = time.perf_counter() - start
         return Solution(
             timestamp_ns=timestamp_ns,
             state=state,
@@ -243,7 +231,6 @@ class Navigator:
             line_residuals=line_residuals(measurement, self._model),
             sigma0=measurement.pose.sigma0,
             view_lines=attempt.segments,
-            stage_times=times,
         )
 
     def _learned_dimensions(self) -> LearnedDimensions | None:
@@ -260,8 +247,6 @@ class Navigator:
         timestamp_ns: int,
         reasons: frozenset[Reason],
         attempt: Attempt | None,
-        times: dict[str, float],
-        start: float,
     ) -> Solution:
         """No pose: coast on the prediction while that is allowed."""
         since_pose = timestamp_ns - self._memory.last_pose_ns
@@ -270,7 +255,6 @@ class Navigator:
         rival = self._hold(timestamp_ns, state, attempt)
         self._remember(state=state)
         prediction = self._filter.predict(timestamp_ns) if state is State.COASTING and since_pose >= 0 else None
-        times[TOTAL] = time.perf_counter() - start
         return Solution(
             timestamp_ns=timestamp_ns,
             state=state,
@@ -281,7 +265,6 @@ class Navigator:
             acquisition=None if attempt is None else attempt.acquisition,
             dimensions=self._learned_dimensions(),
             view_lines={} if attempt is None else attempt.segments,
-            stage_times=times,
         )
 
     def _hold(self, timestamp_ns: int, state: State, attempt: Attempt | None) -> FloatArray | None:

@@ -13,11 +13,12 @@ from rvdnav.core import LINE, MATCH, Core, FrameResult, ViewResult
 from rvdnav.navigator.association import Association, associate
 from rvdnav.navigator.candidates import EdgeCandidates, edge_candidates
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.views import Views
-from rvdnav.pose import PredictedPose, RectifiedCameras
-from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose import RectifiedCameras
+from rvdnav.pose.arrays import FloatArray
 
 _BRACKET_APEXES = 8
 # Poses that are looked into, the likeliest first.
@@ -27,18 +28,18 @@ _MOST_POSES = 4
 def seek(
     core: Core,
     views: Views,
-    prediction: PredictedPose,
+    expected: Expectation,
     model: EdgeModel,
     cameras: RectifiedCameras,
-    polarity: IntArray,
     settings: NavigatorSettings,
     times: dict[str, float],
 ) -> list[tuple[Association, FrameResult]]:
-    """The likeliest poses near a prediction, each with the lines that it was made of; the likeliest first.
+    """The likeliest poses near the predicted one, each with the lines that it was made of; the likeliest first.
 
-    polarity (cameras, edges): as last published.  Raises PoseError for a target that is not in front of the cameras.
+    Raises PoseError for a target that is not in front of the cameras.
     """
     start = now()
+    prediction, polarity = expected.prediction, expected.polarity
     candidates: list[EdgeCandidates] = []
     for camera, view in enumerate(views):
         if view is not None:

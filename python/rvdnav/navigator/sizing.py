@@ -10,18 +10,20 @@ from numpy.typing import NDArray
 
 from rvdnav.bracket import EDGE_NAMES
 from rvdnav.core import Core, FrameResult
-from rvdnav.navigator.attempt import UNUSABLE, Attempt, Surveyor
+from rvdnav.navigator.attempt import Attempt, failed
 from rvdnav.navigator.bar_frames import find_bar_frames
 from rvdnav.navigator.edge_model import edge_model
+from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.frame_pairs import Candidate, bracket_candidates, plausible
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizes import Sizes
 from rvdnav.navigator.stage_times import add_frame_times, lap, now
+from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.navigator.views import Images, see
 from rvdnav.pose import PoseError, PredictedPose, difference, refine_shape, size_derivatives
-from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
 from rvdnav.solution import Reason
 from rvdnav.target import Target
@@ -79,23 +81,21 @@ class SizingSurveyor:
     def track(
         self,
         images: Images,
-        prediction: PredictedPose,
-        polarity: IntArray,
-        earlier_odds: float | None,
+        expected: Expectation,
         times: dict[str, float],
     ) -> Attempt | None:
         """As `Surveyor.track`; None too where the size isn't known well enough for the images that there are."""
         if self.sizes is None or not self._enough(images):
             return None
         surveyor = self._surveyor(self.sizes.shape)
-        attempt = surveyor.track(images, prediction, polarity, earlier_odds, times)
+        attempt = surveyor.track(images, expected, times)
         return None if attempt is None else self._taught(attempt)
 
     def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
         """As `Surveyor.acquire`, by the sizes learnt so far; or, as long as they are not known, by none."""
         if not self._enough(images):
-            frame = self._look(images, times)
-            return Attempt(frozenset({Reason.UNKNOWN_SIZE}) | _unusable(frame, images), frame, images)
+            attempt = failed(self._look(images, times), images)
+            return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.UNKNOWN_SIZE})
         if self.sizes is None:
             return self._first(images, times)
         attempt = self._taught(self._surveyor(self.sizes.shape).acquire(images, prediction, times))
@@ -147,9 +147,9 @@ class SizingSurveyor:
     def _first(self, images: Images, times: dict[str, float]) -> Attempt:
         """A bracket of any size sought in both images."""
         frame = self._look(images, times)
-        unusable = _unusable(frame, images)
-        if unusable:
-            return Attempt(unusable, frame, images)
+        attempt = failed(frame, images)
+        if attempt.reasons:
+            return attempt
         views = see(self._blind, images, times)
         start = now()
         left, right = (
@@ -212,10 +212,6 @@ class SizingSurveyor:
                 return sizes
             T, shape = measurement.pose.T_world_target, sizes.shape
         return None
-
-
-def _unusable(frame: FrameResult, images: Images) -> frozenset[Reason]:
-    return frozenset(UNUSABLE[camera] for camera in Attempt(frozenset(), frame, images).unusable)
 
 
 def _tapers(sizes: Sizes) -> bool:

@@ -1,0 +1,154 @@
+"""Ways to measure a frame: its edges tracked where they are expected, or the target sought in the whole images."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from rvdnav.core import Core, FrameResult
+from rvdnav.navigator.attempt import Attempt, failed
+from rvdnav.navigator.choice import best_attempt
+from rvdnav.navigator.coarse import coarse_pose
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.expectation import Expectation
+from rvdnav.navigator.gates import failed_gates
+from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.measurement import measure
+from rvdnav.navigator.seeker import lines_of, seek
+from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.stage_times import add_frame_times, lap, now
+from rvdnav.navigator.two_fold import decide
+from rvdnav.navigator.views import Images, Views, see
+from rvdnav.navigator.windows import predicted_windows
+from rvdnav.pose import PoseError, PredictedPose
+from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.rig import Rig
+from rvdnav.solution import Reason
+
+# Of several poses those this much less likely than the first, as a logarithm, are not looked into once one has passed.
+_UNLIKELY = 8.0
+# Part of all profiles that must agree where prints far from the edges were in the windows.
+_WIDE_COVERAGE = 0.8
+
+
+class Surveyor:
+    """Measures single frames of one target with one rig; remembers nothing.
+
+    times: stage name -> seconds, to which every call adds what it took.
+    """
+
+    def __init__(self, core: Core, rig: Rig, model: EdgeModel, settings: NavigatorSettings) -> None:
+        self._core = core
+        self._rig = rig
+        self._model = model
+        self._settings = settings
+        self._cameras = rectified_cameras(rig)
+
+    def track(
+        self,
+        images: Images,
+        expected: Expectation,
+        times: dict[str, float],
+    ) -> Attempt | None:
+        """The edges sought where they are expected; None where that says too little."""
+        if self._model.bracket is None:
+            return self._track_any(images, expected, times)
+        prediction = expected.prediction
+        windows: list[Any] = [(), ()]
+        try:
+            for camera, image in enumerate(images):
+                if image is None:
+                    continue
+                windows[camera] = predicted_windows(
+                    prediction,
+                    self._model.edge_points,
+                    self._cameras,
+                    camera,
+                    expected.polarity[camera],
+                    self._settings,
+                )
+        except PoseError:  # predicted out of the cameras' sight
+            return None
+        if windows[0] is None or windows[1] is None:
+            return None
+        frame = self._process(images, windows, times)
+        return self._refine(frame, images, prediction.T_world_target, expected, times)
+
+    def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
+        """The bracket sought in the whole images; no other target can be."""
+        if self._model.bracket is None:
+            return failed(self._without_lines(see(self._core, images, times)), images, Reason.NO_PRIOR)
+        frame = self._process(images, [(), ()], times)
+        bracket = frame.bracket
+        if bracket is None or not bracket.found:
+            ambiguous = bracket is not None and bracket.ambiguous
+            attempt = failed(frame, images, Reason.AMBIGUOUS if ambiguous else Reason.NO_TARGET)
+            return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.LIMIT}) if frame.limits else attempt
+        expected = None if prediction is None else Expectation(prediction, self._unknown_polarity(), None)
+        return self._refine(frame, images, bracket.T_world_target, expected, times)
+
+    def _track_any(
+        self,
+        images: Images,
+        expected: Expectation,
+        times: dict[str, float],
+    ) -> Attempt:
+        """A target of any number of edges, each of which may be one of several lines."""
+        views = see(self._core, images, times)
+        try:
+            found = seek(self._core, views, expected, self._model, self._cameras, self._settings, times)
+        except PoseError:
+            return Attempt(frozenset({Reason.DEGENERATE}), self._without_lines(views), images)
+        attempts: list[Attempt] = []
+        for association, frame in found:
+            passed = any(attempt.passed for attempt in attempts)
+            if passed and association.log_likelihood < found[0][0].log_likelihood - _UNLIKELY:
+                break
+            attempt = self._refine(frame, images, association.T_world_target, expected, times)
+            if association.half_rho > self._settings.window_max_rho_px and attempt.coverage < _WIDE_COVERAGE:
+                attempt = attrs.evolve(attempt, reasons=attempt.reasons | {Reason.TOO_FEW_LINES})
+            attempts.append(attempt)
+        return best_attempt(attempts)
+
+    def _without_lines(self, views: Views) -> FrameResult:
+        return lines_of(views, [], None, len(self._model))
+
+    def _unknown_polarity(self) -> IntArray:
+        return np.zeros((len(self._rig.cameras), len(self._model)), np.int64)
+
+    def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
+        frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
+        add_frame_times(times, frame)
+        return frame
+
+    def _refine(
+        self,
+        frame: FrameResult,
+        images: Images,
+        prior: FloatArray,
+        expected: Expectation | None,
+        times: dict[str, float],
+    ) -> Attempt:
+        """The pose measured from a frame's lines, near the prior (4, 4), and judged."""
+        polarity = self._unknown_polarity() if expected is None else expected.polarity
+        start = now()
+        try:
+            coarse = coarse_pose(self._model, frame, self._cameras, prior)
+            measurement = measure(self._core, self._rig, self._model, images, coarse, polarity)
+            if len(measurement.cameras) == 1:
+                prediction, odds = (None, None) if expected is None else (expected.prediction, expected.earlier_odds)
+                decision = decide(measurement, self._model, self._cameras, prediction, odds)
+                if decision.swapped:
+                    T = decision.T_world_target
+                    measurement = measure(self._core, self._rig, self._model, images, T, polarity)
+                measurement = decision.widened(measurement)
+        except PoseError:
+            return Attempt(frozenset({Reason.DEGENERATE}), frame, images)
+        finally:
+            lap(times, "pose", start)
+        config = self._core.config
+        gate = (config.range_min, config.range_max)
+        reasons = failed_gates(measurement, self._model, frame, self._rig, self._settings, gate)
+        return Attempt(reasons, frame, images, measurement)
