@@ -8,6 +8,9 @@ from pathlib import Path
 
 import attrs
 import pytest
+import typer
+from rvdnav.campaign import load_plan
+from rvdnav.cli.app import app
 from rvdnav.core.config import make_config
 from rvdnav.faults import FAULT_NAMES
 from rvdnav.navigator import NavigatorSettings
@@ -49,18 +52,7 @@ def test_the_table_of_thresholds_follows_the_formula(mean: int) -> None:
     assert table[mean] == pytest.approx(expected, abs=0.051)
 
 
-DOCUMENTS = [
-    "README.md",
-    "CONTRIBUTING.md",
-    "docs/algorithm.md",
-    "docs/conventions.md",
-    "docs/blackbox.md",
-    "docs/faults.md",
-    "docs/simulation.md",
-    "docs/budget.md",
-    "docs/reconstruction.md",
-    "docs/calibration.md",
-]
+DOCUMENTS = ["README.md", "CONTRIBUTING.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
@@ -69,6 +61,19 @@ def test_links_between_documents_lead_somewhere(name: str) -> None:
     links = re.findall(r"\]\(([^)#:]+)\)", document.read_text(encoding="utf-8"))
     for link in links:
         assert (document.parent / link).exists(), link
+
+
+def test_the_readme_names_every_document_and_every_command() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name in DOCUMENTS[1:]:
+        assert f"]({name})" in readme
+    listed = set(re.findall(r"^    rvdnav ([a-z]+)", readme, re.MULTILINE))
+    assert listed == set(typer.main.get_command(app).commands)
+
+
+def test_the_example_of_a_campaign_can_be_run() -> None:
+    plan = load_plan(ROOT / "examples" / "campaign.yaml")
+    assert len(plan.trials) == 7
 
 
 def test_every_fault_is_measured_in_the_table() -> None:
