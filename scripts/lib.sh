@@ -9,25 +9,49 @@ as_root() {
   if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
 }
 
+# Prints those of the named Debian packages that are not installed.
+missing_packages() {
+  local package
+  for package in "$@"; do
+    if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null)" != installed ]; then
+      echo "$package"
+    fi
+  done
+}
+
+install_packages() {
+  say "Installing Debian packages: $*"
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" > /dev/null
+}
+
 # Installs those of the named Debian packages that are missing.
 need_packages() {
   if ! command -v dpkg-query > /dev/null; then
     say "This is not Debian; it needs what Debian calls: $*"
     return
   fi
-  local package missing=()
-  for package in "$@"; do
-    if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null)" != installed ]; then
-      missing+=("$package")
-    fi
-  done
+  local missing
+  mapfile -t missing < <(missing_packages "$@")
   if [ ${#missing[@]} -eq 0 ]; then
     say "Debian packages: all there"
     return
   fi
-  say "Installing Debian packages: ${missing[*]}"
   as_root apt-get update -qq
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
+  install_packages "${missing[@]}"
+}
+
+# Installs a Debian package that is missing, unless this release has none of that name: what for is said then.
+offer_package() {
+  local package="$1" purpose="$2"
+  if command -v dpkg-query > /dev/null && [ -z "$(missing_packages "$package")" ]; then return; fi
+  if command -v apt-get > /dev/null; then
+    as_root apt-get update -qq
+    if apt-cache show "$package" > /dev/null 2>&1; then
+      install_packages "$package"
+      return
+    fi
+  fi
+  say "There is no package $package here, so: $purpose"
 }
 
 # The packages that a Python environment needs, if this machine's python3 can't make one yet.

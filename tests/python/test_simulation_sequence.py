@@ -116,7 +116,7 @@ def test_two_processes_do_not_work_on_one_sequence(scenario, tmp_path):
 
 def test_a_missing_mitsuba_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    with pytest.raises(InputError, match=r"mitsuba: cannot be loaded .*rvdnav\[sim\]"):
+    with pytest.raises(InputError, match=r"rendering: .*mitsuba.*; install rvdnav with the extra 'sim'"):
         load_mitsuba()
 
 

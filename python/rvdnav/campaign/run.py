@@ -14,11 +14,10 @@ from rvdnav.campaign.plan import Plan
 from rvdnav.campaign.store import claim, collect
 from rvdnav.campaign.trial import prepare, run_trial
 from rvdnav.errors import InputError
+from rvdnav.extras import needs_extra
 
-try:
+with needs_extra("campaign", "campaigns"):
     import joblib
-except ImportError as error:
-    raise InputError("campaigns need joblib: install rvdnav with the extra 'campaign'") from error
 
 BACKENDS = ("local", "dask", "ray")
 Progress = Callable[[str, int, int], None]
@@ -77,10 +76,8 @@ def _workers(pool: Pool) -> Iterator[Any]:
 
 @contextmanager
 def _dask(scheduler: str | None) -> Iterator[None]:
-    try:
+    with needs_extra("dask", "--backend dask"):
         import distributed
-    except ImportError as error:
-        raise InputError("--backend dask needs distributed: install rvdnav with the extra 'dask'") from error
     dask: Any = distributed  # its types are incomplete
     cluster = dask.LocalCluster(dashboard_address=None) if scheduler is None else None
     try:
@@ -97,11 +94,9 @@ def _dask(scheduler: str | None) -> Iterator[None]:
 
 @contextmanager
 def _ray(scheduler: str | None) -> Iterator[None]:
-    try:
+    with needs_extra("ray", "--backend ray"):
         import ray
         from ray.util import joblib as bridge
-    except ImportError as error:
-        raise InputError("--backend ray needs ray: install rvdnav with the extra 'ray'") from error
     try:
         ray.init(address=scheduler, log_to_driver=False)
     except ConnectionError as error:

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from rvdnav.errors import InputError
+from rvdnav.extras import needs_extra
 from rvdnav.files import read_text, write_text_atomically
 
-try:
+with needs_extra("campaign", "campaigns"):
     import pyarrow as pa
     import pyarrow.parquet as pq
-except ImportError as error:
-    raise InputError("campaigns need pyarrow: install rvdnav with the extra 'campaign'") from error
 
 RESULTS = "results.parquet"
 _PARTS = "trials"

@@ -8,11 +8,14 @@ from typing import Any
 
 import attrs
 import numpy as np
-import pyarrow as pa
-from scipy.stats import beta
 
 from rvdnav.evaluation import RANGE_EDGES_M
+from rvdnav.extras import needs_extra
 from rvdnav.pose.arrays import FloatArray
+
+with needs_extra("campaign", "campaigns"):
+    import pyarrow as pa
+    from scipy.stats import beta
 
 CONFIDENCE = 0.95
 

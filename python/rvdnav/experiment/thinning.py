@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import Core, unpack_edges
-from rvdnav.errors import InputError
 from rvdnav.experiment.chart import Chart
+from rvdnav.extras import needs_extra
 from rvdnav.pose.arrays import BoolArray
 
 _REPEATS = 7
@@ -43,10 +43,8 @@ def compare_thinning(core: Core, chart: Chart, edges: BoolArray) -> tuple[Thinni
 
     Raises InputError without scikit-image.
     """
-    try:
+    with needs_extra("experiment", "the comparison of thinnings"):
         from skimage.morphology import skeletonize
-    except ImportError as error:
-        raise InputError("the comparison of thinnings needs scikit-image: install rvdnav[experiment]") from error
     bits = pack_edges(edges)
     usual: Callable[[BoolArray], Any] = skeletonize
     return (

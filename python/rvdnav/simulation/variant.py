@@ -6,7 +6,7 @@ import ctypes
 import os
 from typing import Any
 
-from rvdnav.errors import InputError
+from rvdnav.extras import needs_extra
 
 _LLVM = "llvm_ad_mono"
 _SCALAR = "scalar_rgb"
@@ -35,10 +35,8 @@ def usable_variant() -> str:
 def load_mitsuba(variant: str | None = None) -> Any:
     """The module `mitsuba` in a variant, by default the usable one.  Raises InputError when it is not installed."""
     wanted = variant or usable_variant()
-    try:
+    with needs_extra("sim", "rendering"):
         import mitsuba
-    except ImportError as error:
-        raise InputError(f"mitsuba: cannot be loaded ({error}); pip install 'rvdnav[sim]' brings it") from error
     mitsuba.set_variant(wanted)
     return mitsuba
 
