@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import pytest
 from conftest import START_NS, STEP_NS
-from rvdnav import Frame, InputError, Navigator, open_sequence
+from rvdnav import Frame, InputError, Navigator, Rig, open_sequence
 from rvdnav.evaluation import evaluate
 from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence, Response, parse_fault
 from rvdnav.faults.pixels import noise_sigma
@@ -336,3 +336,13 @@ def test_the_navigator_holds_through_faults_of_the_delivery(noisy: Recorded) -> 
     assert set(unpublished) == {32, 37}  # the late frame arrives as the 37th
     assert Reason.DUPLICATE in unpublished[32]
     assert Reason.TIME_ORDER in unpublished[37]
+
+
+@pytest.mark.parametrize("name", ["miscalibrated_right_x", "miscalibrated_both_focal", "black_right", "swapped"])
+def test_a_camera_that_is_not_there(recorded: Recorded, name: str) -> None:
+    rig = Rig(recorded.rig.cameras[:1], recorded.rig.T_world_cam[:1])
+    alone = Recorded(recorded.path, rig, recorded.target, recorded.truth, [], [])
+    with pytest.raises(InputError, match=rf"fault {name}: there is one camera"):
+        FaultySequence(alone, [Fault(name)])
+    left = name.replace("right", "left").replace("both", "left").replace("swapped", "dropped")
+    FaultySequence(alone, [Fault(left)])

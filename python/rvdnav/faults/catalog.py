@@ -75,3 +75,7 @@ PIXEL_FAULTS: dict[str, PixelFault] = {
 CALIBRATION_FAULTS: dict[str, Callable[[Rig], Rig]] = _miscalibrations()
 FAULT_NAMES: tuple[str, ...] = (*DELIVERY_FAULTS, *PIXEL_FAULTS, *CALIBRATION_FAULTS)
 """Every name that `parse_fault` knows."""
+STEREO_FAULTS: tuple[str, ...] = tuple(
+    name for name in FAULT_NAMES if name == "swapped" or "right" in name or name.startswith("miscalibrated_both")
+)
+"""Those that need a second camera."""

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rvdnav.errors import InputError
-from rvdnav.faults.catalog import CALIBRATION_FAULTS, DELIVERY_FAULTS, PIXEL_FAULTS
+from rvdnav.faults.catalog import CALIBRATION_FAULTS, DELIVERY_FAULTS, PIXEL_FAULTS, STEREO_FAULTS
 from rvdnav.faults.delivery import LEFT, RIGHT, Source, as_recorded
 from rvdnav.faults.fault import Fault
 from rvdnav.faults.region import target_region
@@ -25,7 +25,7 @@ class FaultySequence(Sequence):
     navigator is told, wrong where the calibration is at fault.  The truth stays that of the stamps.  Every frame is a
     function of the recorded frames, its number and the seed.
 
-    Raises InputError for a fault that strikes beyond the last frame.
+    Raises InputError for a fault that strikes beyond the last frame, or a camera that isn't there.
     """
 
     def __init__(self, recorded: Sequence, faults: Iterable[Fault], seed: int = 0) -> None:
@@ -37,6 +37,8 @@ class FaultySequence(Sequence):
             last = max((frames[-1] for frames in fault.frames or ()), default=-1)
             if last >= len(recorded):
                 raise InputError(f"{recorded.path}: fault {fault.name}: there is no frame {last}")
+            if fault.name in STEREO_FAULTS and not rig.is_stereo:
+                raise InputError(f"{recorded.path}: fault {fault.name}: there is one camera")
             if fault.name in CALIBRATION_FAULTS:
                 rig = CALIBRATION_FAULTS[fault.name](rig)
             if fault.name in DELIVERY_FAULTS:
