@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement
-from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, refine_pose_lines
+from rvdnav.navigator.one_view import one_view_pose
+from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.loss import Loss
 from rvdnav.rig import Rig
 from rvdnav.target import Bracket
-
-# Standard deviation of what displaces an edge's end by itself, px; where it is more, the residuals tell.
-_ENDPOINT_SIGMA_PX = 0.08
 
 
 def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float, loss: Loss = "huber") -> float:
@@ -23,20 +21,15 @@ def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float
 
     The refinement over both views gives up lines that contradict the others, and so can follow one view and the
     disparity into a pose that the other view denies.  Here each view stands by itself.  calibration_sigma, rad: what
-    the calibration of a camera may err, of the attitude and of the position as a part of the range.  loss: "huber" lets
-    every line count, "tukey" gives up what contradicts the rest of its own view, such as a print taken for an edge.
-    0 where a view determines no pose by itself.
+    the calibration of a camera may err, of the attitude and of the position as a part of the range.  loss: as of
+    `one_view_pose`.  0 where a view determines no pose by itself.
     """
     cameras = rectified_cameras(rig)
     T, lines = measurement.pose.T_world_target, measurement.lines
     views: list[RefinedPose] = []
     try:
         for camera in range(len(rig.cameras)):
-            views.append(
-                refine_pose_lines(
-                    T, _of_camera(lines, camera), cameras, endpoint_sigma=_ENDPOINT_SIGMA_PX, near=True, loss=loss
-                )
-            )
+            views.append(one_view_pose(T, _of_camera(lines, camera), cameras, loss))
     except PoseError:
         return 0.0
     left, right = views

@@ -52,9 +52,7 @@ def back_coverage(
     offsets, _ = line_residuals(T_world_target, lines, rectified_cameras(rig))
     near = np.zeros(wanted.shape, np.bool_)
     near[fits.camera, fits.edge] = np.abs(offsets).max(axis=1) < _MAX_OFFSET_PX
-    agreed = fits.weights > _TRUSTED
-    covered = np.zeros(wanted.shape)
-    np.add.at(covered, (sampled.camera[agreed], sampled.edge[agreed]), 1.0)
+    covered = sampled.count(fits.weights > _TRUSTED)
     part: FloatArray = np.where(near & distinct, covered / np.maximum(sampled.attempted, 1), 0.0)
     return part
 

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from rvdnav.navigator.view_segments import Lines, lines_of
+from rvdnav.navigator.view_segments import Segments
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 
 # Between the two sides of a bar, rad; their least distance, px; their least overlap as a multiple of the distance and
@@ -54,13 +54,13 @@ class BarFrames:
         return len(self.rho)
 
 
-def find_bar_frames(segments: NDArray[np.void]) -> BarFrames:
+def find_bar_frames(records: NDArray[np.void]) -> BarFrames:
     """The frames among SEGMENT records, those with the best covered inner outline first."""
-    lines = lines_of(segments).with_joined()
-    loops, directions = _inner_outlines(lines)
-    partners = _partners(lines)
+    segments = Segments.of(records).with_joined()
+    loops, directions = _inner_outlines(segments)
+    partners = _partners(segments)
     found: list[tuple[float, IntArray, FloatArray]] = []
-    for loop, direction, coverage in zip(loops, directions, _coverages(lines, loops), strict=True):
+    for loop, direction, coverage in zip(loops, directions, _coverages(segments, loops), strict=True):
         if coverage.min() < _MIN_COVERAGE:
             continue
         # Where the walk goes along the tangent (-sin, cos), its inside (-dy, dx) lies against the normal.
@@ -73,20 +73,20 @@ def find_bar_frames(segments: NDArray[np.void]) -> BarFrames:
         none = np.zeros((0, 4, 2))
         return BarFrames(none, none, none, none, none > 0.0, np.zeros((0, 4, 2, 2)))
     return _frames(
-        lines,
+        segments,
         np.array([sides for _, sides, _ in best]),
         np.array([shift for *_, shift in best]),
         len(found) > len(best),
     )
 
 
-def _inner_outlines(lines: Lines) -> tuple[IntArray, IntArray]:
+def _inner_outlines(segments: Segments) -> tuple[IntArray, IntArray]:
     """Loops (n, 4) of segments that meet end to end, with the inside at (-dy, dx) and the same light side, and whether
     each is walked along its tangent, +1, or against it, -1 (n, 4)."""
-    neighbours = _neighbours(lines)
+    neighbours = _neighbours(segments)
     loops = set()
     # A step walks along a segment to its other end and on to a neighbour's end.
-    for start in range(len(lines.rho)):
+    for start in range(len(segments.rho)):
         halfway: dict[tuple[int, int], list[int]] = {}
         for second, end in neighbours[start][1]:
             for third, third_end in neighbours[second][1 - end]:
@@ -98,25 +98,25 @@ def _inner_outlines(lines: Lines) -> tuple[IntArray, IntArray]:
                     if start == min(loop) and len(set(loop)) == 4:
                         loops.add(loop)
     found = np.array(sorted(loops), np.int64).reshape(-1, 4)
-    corners = _meet(lines.rho[found], lines.theta[found])
+    corners = _meet(segments.rho[found], segments.theta[found])
     backwards = _area(corners) < 0.0
     found[backwards] = found[backwards, ::-1]
-    corners = _meet(lines.rho[found], lines.theta[found])
+    corners = _meet(segments.rho[found], segments.theta[found])
     walk = np.roll(corners, -1, axis=1) - corners
-    direction = np.sign(np.einsum("nsi,nsi->ns", walk, lines.tangent[found])).astype(np.int64)
-    inside_light = -direction * lines.polarity[found]
+    direction = np.sign(np.einsum("nsi,nsi->ns", walk, segments.tangent[found])).astype(np.int64)
+    inside_light = -direction * segments.polarity[found]
     sound = _convex(corners) & (np.abs(inside_light.sum(axis=1)) == 4)
     return found[sound], direction[sound]
 
 
-def _neighbours(lines: Lines) -> list[list[list[tuple[int, int]]]]:
+def _neighbours(segments: Segments) -> list[list[list[tuple[int, int]]]]:
     """Of each segment and end (0 the lower, 1 the upper): the segments whose end meets it, and which of their ends."""
-    sine = np.sin(lines.theta[None, :] - lines.theta[:, None])
-    cosine = np.cos(lines.theta[None, :] - lines.theta[:, None])
+    sine = np.sin(segments.theta[None, :] - segments.theta[:, None])
+    cosine = np.cos(segments.theta[None, :] - segments.theta[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
-        place = (lines.rho[None, :] - lines.rho[:, None] * cosine) / sine  # of k's line, along i
-    reach = 5.0 + 0.15 * lines.length
-    misses = np.abs(place[:, :, None] - lines.ends[:, None, :]) / reach[:, None, None]
+        place = (segments.rho[None, :] - segments.rho[:, None] * cosine) / sine  # of k's line, along i
+    reach = 5.0 + 0.15 * segments.length
+    misses = np.abs(place[:, :, None] - segments.ends[:, None, :]) / reach[:, None, None]
     end, miss = np.argmin(misses, axis=2), misses.min(axis=2)
     meets = (np.abs(sine) > np.sin(_MIN_CORNER)) & (miss < 1.0) & (miss.T < 1.0)
     both = np.where(meets, miss + miss.T, np.inf)
@@ -131,11 +131,11 @@ def _neighbours(lines: Lines) -> list[list[list[tuple[int, int]]]]:
     return found
 
 
-def _coverages(lines: Lines, loops: IntArray) -> FloatArray:
+def _coverages(segments: Segments, loops: IntArray) -> FloatArray:
     """Part (n, 4) of each side of the outlines that its segment covers."""
-    corners = _meet(lines.rho[loops], lines.theta[loops])
-    low, high = _extent(lines.tangent[loops], corners)
-    ends = lines.ends[loops]
+    corners = _meet(segments.rho[loops], segments.theta[loops])
+    low, high = _extent(segments.tangent[loops], corners)
+    ends = segments.ends[loops]
     covered: FloatArray = (np.minimum(ends[..., 1], high) - np.maximum(ends[..., 0], low)) / np.maximum(
         high - low, 1e-9
     )
@@ -146,14 +146,15 @@ Option = tuple[float, int, float]
 """The other side of a bar: its distance, px, its segment, and how much of the first side it runs beside, px."""
 
 
-def _partners(lines: Lines) -> list[tuple[list[Option], list[Option]]]:
+def _partners(segments: Segments) -> list[tuple[list[Option], list[Option]]]:
     """Of each segment, the other sides of the bars of which it may be one: those at growing rho, and those opposite."""
-    sign, sine, along, across = lines.aligned()
-    own = lines.length
-    overlap = np.minimum(lines.ends[:, None, 1], along[..., 1]) - np.maximum(lines.ends[:, None, 0], along[..., 0])
+    sign, sine, along, across = segments.aligned()
+    own = segments.length
+    low, high = segments.ends.T
+    overlap = np.minimum(high[:, None], along[..., 1]) - np.maximum(low[:, None], along[..., 0])
     width = np.abs(across)
     fits = (np.abs(sine) < _MAX_TAPER) & (width > _MIN_WIDTH_PX) & (overlap > _MIN_OVERLAP * own[:, None])
-    fits &= (overlap > _MIN_SLENDERNESS * width) & (sign * lines.polarity[:, None] * lines.polarity < 0)
+    fits &= (overlap > _MIN_SLENDERNESS * width) & (sign * segments.polarity[:, None] * segments.polarity < 0)
     found = []
     for i in range(len(own)):
         sides: tuple[list[Option], list[Option]] = ([], [])
@@ -184,14 +185,14 @@ def _outer_sides(options: list[list[Option]]) -> list[tuple[IntArray, FloatArray
     ]
 
 
-def _frames(lines: Lines, sides: IntArray, shift: FloatArray, cut: bool) -> BarFrames:
+def _frames(segments: Segments, sides: IntArray, shift: FloatArray, cut: bool) -> BarFrames:
     """sides (n, 2, 4): outer and inner segments; shift (n, 4): of the outer side along the inner one's normal, px."""
-    rho, theta = (values[sides] for values in (lines.rho, lines.theta))
+    rho, theta = (values[sides] for values in (segments.rho, segments.theta))
     missing = sides[:, 0] < 0
     rho[:, 0][missing] = rho[:, 1][missing] + shift[missing]
     theta[:, 0][missing] = theta[:, 1][missing]
     corners = np.stack([_meet(rho[:, k], theta[:, k]) for k in (0, 1)], axis=2)
-    ends = lines.ends[sides]
+    ends = segments.ends[sides]
     ends[:, 0][missing] = ends[:, 1][missing]
     whole = _convex(corners[:, :, 0])
     parts = (rho, theta, ends.mean(axis=3), np.ptp(ends, axis=3))

@@ -10,12 +10,12 @@ from rvdnav.pose import (
     LineMeasurements,
     PoseError,
     RectifiedCameras,
-    RefinedShape,
     pose_from_apexes,
     refine_shape,
     triangulate,
 )
 from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose.refined import weighted_rms
 from rvdnav.trapezoid import Trapezoid
 
 # Corners of one bracket lie on the same rows of both views, px: inner ones, and outer ones, whose sides may be guessed.
@@ -40,7 +40,7 @@ _MIN_WIDTH_PART = 0.025
 
 
 @attrs.frozen(eq=False)
-class Candidate:
+class BracketCandidate:
     """A bracket that a pair of frames may be: pose (4, 4), sizes, RMS of the lines against it, px."""
 
     T_world_target: FloatArray
@@ -49,21 +49,21 @@ class Candidate:
 
 
 @attrs.frozen(eq=False)
-class Candidates:
+class BracketCandidates:
     """What pairs of frames may be.
 
     brackets: symmetric trapezoids, best fitting first.  untold: there are frames of bars whose opposite sides are of
     one length, so that nothing tells the long base.  cut: there were more pairs than are looked at.
     """
 
-    brackets: tuple[Candidate, ...]
+    brackets: tuple[BracketCandidate, ...]
     untold: bool
     cut: bool
 
 
 def bracket_candidates(
     left: BarFrames, right: BarFrames, cameras: RectifiedCameras, baseline: float, gate: tuple[float, float]
-) -> Candidates:
+) -> BracketCandidates:
     """Of the frames of the left and the right view; gate: nearest and farthest range, m."""
     found, fits, untold = [], 0, False
     matrices = [_projection_matrix(cameras, camera) for camera in (0, 1)]
@@ -79,7 +79,7 @@ def bracket_candidates(
             if candidate is not None:
                 found.append(candidate)
     found.sort(key=lambda candidate: candidate.rms_px)
-    return Candidates(tuple(found), untold, left.cut or right.cut or fits > _MAX_FITS)
+    return BracketCandidates(tuple(found), untold, left.cut or right.cut or fits > _MAX_FITS)
 
 
 def _projection_matrix(cameras: RectifiedCameras, camera: int) -> FloatArray:
@@ -146,7 +146,7 @@ def _fit(
     first: int,
     points: FloatArray,
     cameras: RectifiedCameras,
-) -> Candidate | None:
+) -> BracketCandidate | None:
     """The pair of frames read as a bracket whose l1 is the left frame's side `first`; points (4, 2, 3): corners, m."""
     i, j, turn = pair
     outer, inner = np.moveaxis(np.roll(points, -first, axis=0), 1, 0)
@@ -157,11 +157,11 @@ def _fit(
         fit = refine_shape(start, shape.sizes, Trapezoid.edges_of, lines, cameras)
     except (PoseError, ZeroDivisionError):
         return None
-    rms = weighted_rms(fit)
+    rms = weighted_rms(fit.residuals, fit.weights)
     found = Trapezoid.of(fit.sizes)
     if rms > _MAX_RMS_PX or not plausible(found):
         return None
-    return Candidate(fit.T_world_target, found, rms)
+    return BracketCandidate(fit.T_world_target, found, rms)
 
 
 def plausible(shape: Trapezoid) -> bool:
@@ -175,12 +175,6 @@ def plausible(shape: Trapezoid) -> bool:
     except ValueError:
         return False
     return True
-
-
-def weighted_rms(fit: RefinedShape) -> float:
-    """RMS of the trusted lines' endpoints, px."""
-    squares: FloatArray = fit.weights[:, None] * fit.residuals**2
-    return float(np.sqrt(squares.sum() / max(2.0 * float(fit.weights.sum()), 1e-12)))
 
 
 def _sizes(outer: FloatArray, inner: FloatArray) -> Trapezoid:

@@ -15,6 +15,7 @@ from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.loss import Loss
+from rvdnav.pose.refined import weighted_rms
 from rvdnav.rig import Rig
 from rvdnav.solution import Reason
 
@@ -50,7 +51,7 @@ def failed_gates(
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
-    if weighted_rms(measurement) > settings.max_rms_px:
+    if _rms_px(measurement) > settings.max_rms_px:
         reasons.add(Reason.RESIDUALS)
     views = len(measurement.cameras)
     if model.bracket is not None:
@@ -165,11 +166,11 @@ def displaced_bars(shown: BoolArray, polarity: IntArray) -> int:
     return int(np.count_nonzero(alone & (light == -usual) & (usual != 0)))
 
 
-def weighted_rms(measurement: Measurement) -> float:
+def _rms_px(measurement: Measurement) -> float:
     """RMS of the trusted lines' endpoints against the pose, px; lines that a side face may have moved count less."""
     pose = measurement.pose
     weights = pose.weights / (1.0 + (measurement.lines.shift_sigma / _SHIFT_PX) ** 2)
-    return float(np.sqrt(np.sum(weights[:, None] * pose.residuals**2) / max(2.0 * float(weights.sum()), 1e-12)))
+    return weighted_rms(pose.residuals, weights)
 
 
 def plausible_motion(

@@ -11,7 +11,7 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import face_widths, surroundings, with_slopes
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.neighbours import neighbour_separation
-from rvdnav.navigator.rivals import rival_separation
+from rvdnav.navigator.print_borders import border_separation
 from rvdnav.navigator.sampling import SampledEdges, Surroundings, sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.navigator.views import Images
@@ -94,13 +94,9 @@ class Measurement:
     def polarity(self) -> IntArray:
         """(cameras, edges) +1 where the agreeing samples are brighter towards the normal (-dy, dx) of the edge's
         projection, -1 where darker, 0 where there are none or they differ."""
-        sampled = self.sampled
-        total = np.zeros(sampled.attempted.shape)
-        count = np.zeros(sampled.attempted.shape)
-        chosen = (sampled.camera[self.inlier], sampled.edge[self.inlier])
-        np.add.at(total, chosen, sampled.polarity[self.inlier])
-        np.add.at(count, chosen, 1)
-        return np.where(np.abs(total) > _SAME_POLARITY * count, np.sign(total), 0.0).astype(np.int64)
+        brighter, darker = (self.sampled.count(self.inlier & (self.sampled.polarity == sign)) for sign in (1, -1))
+        total = brighter - darker
+        return np.where(np.abs(total) > _SAME_POLARITY * (brighter + darker), np.sign(total), 0)
 
     @property
     def total_coverage(self) -> float:
@@ -110,9 +106,7 @@ class Measurement:
 
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
     """(cameras, edges) part of the profiles on the image that are inliers (n,)."""
-    agreed = np.zeros_like(sampled.attempted)
-    np.add.at(agreed, (sampled.camera[inlier], sampled.edge[inlier]), 1)
-    part: FloatArray = agreed / np.maximum(sampled.attempted, 1)
+    part: FloatArray = sampled.count(inlier) / np.maximum(sampled.attempted, 1)
     return part
 
 
@@ -188,8 +182,8 @@ def _measure_lines(
         separation = side_separation(cameras, T_world_target, model.bracket, fits.camera, fits.edge, fits.theta)
     else:
         separation = neighbour_separation(cameras, T_world_target, model)[fits.camera, fits.edge]
-        rival = rival_separation(core, rig, images, model, T_world_target, sampled, fits)
-        separation = np.maximum(separation, rival)
+        border = border_separation(core, rig, images, model, T_world_target, sampled, fits)
+        separation = np.maximum(separation, border)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
     endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)

@@ -19,7 +19,7 @@ from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.intake import take_in
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
-from rvdnav.navigator.residuals import line_residuals
+from rvdnav.navigator.residuals import edge_residuals
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.stage_times import now
@@ -228,7 +228,7 @@ class Navigator:
             covariance=measurement.pose.covariance + self._memory.lasting_part,
             acquisition=attempt.acquisition,
             dimensions=self._learned_dimensions(),
-            line_residuals=line_residuals(measurement, self._model),
+            line_residuals=edge_residuals(measurement, self._model),
             sigma0=measurement.pose.sigma0,
             view_lines=attempt.segments,
         )

@@ -24,7 +24,7 @@ _STRAIGHT_PX = 0.7
 _AGREEING = 0.1
 
 
-def rival_separation(
+def border_separation(
     core: Core,
     rig: Rig,
     images: Images,
@@ -39,9 +39,7 @@ def rival_separation(
     opposite = -np.sign(total).astype(np.int64)
     back = sample_edges(core, rig, images, T_world_target, model, _HALF_WIDTH_PX, opposite)
     lines = fit_edge_lines(back.camera, back.edge, back.q, back.n, back.sigma)
-    agreed = np.zeros(total.shape)
-    chosen = lines.weights > _AGREEING
-    np.add.at(agreed, (back.camera[chosen], back.edge[chosen]), 1.0)
+    agreed = back.count(lines.weights > _AGREEING)
     covered = agreed[lines.camera, lines.edge] >= _COVERED * back.attempted[lines.camera, lines.edge]
     shown = covered & (lines.rms < _STRAIGHT_PX) & (opposite[lines.camera, lines.edge] != 0)
     offset = np.full(total.shape, np.nan)

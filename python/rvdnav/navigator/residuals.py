@@ -9,11 +9,10 @@ from rvdnav.navigator.measurement import Measurement
 from rvdnav.solution import LineResidual
 
 
-def line_residuals(measurement: Measurement, model: EdgeModel) -> tuple[LineResidual, ...]:
+def edge_residuals(measurement: Measurement, model: EdgeModel) -> tuple[LineResidual, ...]:
     """Residuals of every edge in every view: of its line's two endpoints against the pose."""
     lines, pose = measurement.lines, measurement.pose
-    agreed = np.zeros_like(measurement.sampled.attempted)
-    np.add.at(agreed, (measurement.sampled.camera[measurement.inlier], measurement.sampled.edge[measurement.inlier]), 1)
+    agreed = measurement.sampled.count(measurement.inlier)
     measured = {key: i for i, key in enumerate(zip(lines.camera.tolist(), lines.edge.tolist(), strict=True))}
     residuals = []
     for camera in range(agreed.shape[0]):

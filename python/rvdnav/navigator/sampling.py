@@ -10,7 +10,7 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
 from rvdnav.navigator.views import Images
 from rvdnav.pose import PoseError
-from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig
 
 # Corners blend two edges: this much of an edge's ends is not sampled, px.
@@ -56,6 +56,12 @@ class SampledEdges:
     slope: FloatArray
     attempted: IntArray
     spans: FloatArray
+
+    def count(self, chosen: BoolArray) -> IntArray:
+        """How many (cameras, edges) of each edge's samples are among the chosen ones (n,)."""
+        count = np.zeros_like(self.attempted)
+        np.add.at(count, (self.camera[chosen], self.edge[chosen]), 1)
+        return count
 
 
 def sample_edges(

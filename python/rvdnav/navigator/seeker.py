@@ -47,12 +47,12 @@ def seek(
                 core, view.edgels, prediction, model, cameras, camera, polarity[camera], settings
             )
     associations = associate(prediction, candidates, _MOST_POSES)
-    found = [(association, lines_of(views, candidates, association, len(model))) for association in associations]
+    found = [(association, chosen_lines(views, candidates, association, len(model))) for association in associations]
     lap(times, "hough", start)
     return found
 
 
-def lines_of(
+def chosen_lines(
     views: Views, candidates: list[EdgeCandidates], association: Association | None, edges: int
 ) -> FrameResult:
     """What the frame call would give for the chosen lines; no lines without an association."""

@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.bracket import EDGE_NAMES
-from rvdnav.core import Core, FrameResult
+from rvdnav.core import Core
 from rvdnav.navigator.attempt import Attempt, failed
 from rvdnav.navigator.bar_frames import find_bar_frames
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
-from rvdnav.navigator.frame_pairs import Candidate, bracket_candidates, plausible
+from rvdnav.navigator.frame_pairs import BracketCandidate, bracket_candidates, plausible
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizes import Sizes
-from rvdnav.navigator.stage_times import add_frame_times, lap, now
+from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.surveyor import Surveyor
-from rvdnav.navigator.views import Images, see
+from rvdnav.navigator.views import Images, look, see
 from rvdnav.pose import PoseError, PredictedPose, difference, refine_shape, size_derivatives
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
@@ -78,12 +78,7 @@ class SizingSurveyor:
         symmetric: FloatArray = 0.5 * (part + part.T)
         return symmetric
 
-    def track(
-        self,
-        images: Images,
-        expected: Expectation,
-        times: dict[str, float],
-    ) -> Attempt | None:
+    def track(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt | None:
         """As `Surveyor.track`; None too where the size isn't known well enough for the images that there are."""
         if self.sizes is None or not self._enough(images):
             return None
@@ -94,7 +89,7 @@ class SizingSurveyor:
     def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
         """As `Surveyor.acquire`, by the sizes learnt so far; or, as long as they are not known, by none."""
         if not self._enough(images):
-            attempt = failed(self._look(images, times), images)
+            attempt = failed(look(self._blind, images, times), images)
             return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.UNKNOWN_SIZE})
         if self.sizes is None:
             return self._first(images, times)
@@ -139,14 +134,9 @@ class SizingSurveyor:
         pixel = float(np.linalg.norm(fit.T_world_target[:3, 3])) / self._cameras.focal
         return Sizes.of(fit.sizes, fit.covariance[6:, 6:], pixel)
 
-    def _look(self, images: Images, times: dict[str, float]) -> FrameResult:
-        frame = self._blind.process(images[0], images[1] if len(images) > 1 else None)
-        add_frame_times(times, frame)
-        return frame
-
     def _first(self, images: Images, times: dict[str, float]) -> Attempt:
         """A bracket of any size sought in both images."""
-        frame = self._look(images, times)
+        frame = look(self._blind, images, times)
         attempt = failed(frame, images)
         if attempt.reasons:
             return attempt
@@ -174,7 +164,7 @@ class SizingSurveyor:
         core = self._blind
         return core.extract_segments(camera, edgels, core.hough_peaks(core.hough_vote(edgels)))
 
-    def _measured(self, candidate: Candidate, images: Images, times: dict[str, float]) -> Attempt | None:
+    def _measured(self, candidate: BracketCandidate, images: Images, times: dict[str, float]) -> Attempt | None:
         """The candidate measured and resized until its sizes stay, then acquired by them as any known target is."""
         start = now()
         try:
@@ -192,7 +182,7 @@ class SizingSurveyor:
             return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.AMBIGUOUS})
         return attrs.evolve(attempt, sizes=sizes, anew=True)
 
-    def _settled(self, candidate: Candidate, images: Images) -> Sizes | None:
+    def _settled(self, candidate: BracketCandidate, images: Images) -> Sizes | None:
         """The sizes that the grey values around a candidate give; None where they do not bear it out.
 
         Raises PoseError where the measured geometry determines no pose.

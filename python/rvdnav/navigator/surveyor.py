@@ -16,11 +16,11 @@ from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.gates import failed_gates
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import measure
-from rvdnav.navigator.seeker import lines_of, seek
+from rvdnav.navigator.seeker import chosen_lines, seek
 from rvdnav.navigator.settings import NavigatorSettings
-from rvdnav.navigator.stage_times import add_frame_times, lap, now
+from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.two_fold import decide
-from rvdnav.navigator.views import Images, Views, see
+from rvdnav.navigator.views import Images, Views, look, see
 from rvdnav.navigator.windows import predicted_windows
 from rvdnav.pose import PoseError, PredictedPose
 from rvdnav.pose.arrays import FloatArray, IntArray
@@ -46,12 +46,7 @@ class Surveyor:
         self._settings = settings
         self._cameras = rectified_cameras(rig)
 
-    def track(
-        self,
-        images: Images,
-        expected: Expectation,
-        times: dict[str, float],
-    ) -> Attempt | None:
+    def track(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt | None:
         """The edges sought where they are expected; None where that says too little."""
         if self._model.bracket is None:
             return self._track_any(images, expected, times)
@@ -61,26 +56,22 @@ class Surveyor:
             for camera, image in enumerate(images):
                 if image is None:
                     continue
+                polarity = expected.polarity[camera]
                 windows[camera] = predicted_windows(
-                    prediction,
-                    self._model.edge_points,
-                    self._cameras,
-                    camera,
-                    expected.polarity[camera],
-                    self._settings,
+                    prediction, self._model.edge_points, self._cameras, camera, polarity, self._settings
                 )
         except PoseError:  # predicted out of the cameras' sight
             return None
         if windows[0] is None or windows[1] is None:
             return None
-        frame = self._process(images, windows, times)
+        frame = look(self._core, images, times, windows)
         return self._refine(frame, images, prediction.T_world_target, expected, times)
 
     def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
         """The bracket sought in the whole images; no other target can be."""
         if self._model.bracket is None:
             return failed(self._without_lines(see(self._core, images, times)), images, Reason.NO_PRIOR)
-        frame = self._process(images, [(), ()], times)
+        frame = look(self._core, images, times)
         bracket = frame.bracket
         if bracket is None or not bracket.found:
             ambiguous = bracket is not None and bracket.ambiguous
@@ -89,12 +80,7 @@ class Surveyor:
         expected = None if prediction is None else Expectation(prediction, self._unknown_polarity(), None)
         return self._refine(frame, images, bracket.T_world_target, expected, times)
 
-    def _track_any(
-        self,
-        images: Images,
-        expected: Expectation,
-        times: dict[str, float],
-    ) -> Attempt:
+    def _track_any(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt:
         """A target of any number of edges, each of which may be one of several lines."""
         views = see(self._core, images, times)
         try:
@@ -113,15 +99,10 @@ class Surveyor:
         return best_attempt(attempts)
 
     def _without_lines(self, views: Views) -> FrameResult:
-        return lines_of(views, [], None, len(self._model))
+        return chosen_lines(views, [], None, len(self._model))
 
     def _unknown_polarity(self) -> IntArray:
         return np.zeros((len(self._rig.cameras), len(self._model)), np.int64)
-
-    def _process(self, images: Images, windows: list[Any], times: dict[str, float]) -> FrameResult:
-        frame = self._core.process(images[0], images[1] if len(images) > 1 else None, *windows)
-        add_frame_times(times, frame)
-        return frame
 
     def _refine(
         self,

@@ -15,8 +15,8 @@ import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.measurement import Measurement
+from rvdnav.navigator.one_view import one_view_pose
 from rvdnav.pose import (
-    LineMeasurements,
     PoseError,
     PredictedPose,
     RectifiedCameras,
@@ -24,13 +24,10 @@ from rvdnav.pose import (
     difference,
     exp,
     make_T,
-    refine_pose_lines,
 )
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.refined import redundancy
 
-# Standard deviation of what displaces an edge's end by itself, px; where it is more, the residuals tell.
-_ENDPOINT_SIGMA_PX = 0.08
 # Two minima nearer than this, in standard deviations, are one.
 _ONE_MINIMUM = 1.0
 # Residuals that edges of one bar share count once rather than twice.
@@ -91,8 +88,8 @@ def decide(
         return _no_rival(measurement)
     camera = int(lines.camera[0])
     try:
-        own = _refined(T, lines, cameras)
-        other = _refined(_mirrored(T, points, cameras.centers[camera]), lines, cameras)
+        own = one_view_pose(T, lines, cameras)
+        other = one_view_pose(_mirrored(T, points, cameras.centers[camera]), lines, cameras)
     except PoseError:
         return _no_rival(measurement)
     apart = difference(other.T_world_target, own.T_world_target)
@@ -115,10 +112,6 @@ def decide(
         abs(log_odds),
         swapped,
     )
-
-
-def _refined(T: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> RefinedPose:
-    return refine_pose_lines(T, lines, cameras, endpoint_sigma=_ENDPOINT_SIGMA_PX, near=True, loss="huber")
 
 
 def _squares(pose: RefinedPose) -> float:

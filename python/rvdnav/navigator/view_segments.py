@@ -18,7 +18,7 @@ _ALIKE_ENDS_PX = 6.0
 
 
 @attrs.frozen(eq=False)
-class Lines:
+class Segments:
     """Segments of a rectified view; arrays of one length n.
 
     rho (n,), px, and theta (n,), rad: their lines.  ends (n, 2): places along the lines, px, the lower first.
@@ -29,6 +29,12 @@ class Lines:
     theta: FloatArray
     ends: FloatArray
     polarity: IntArray
+
+    @classmethod
+    def of(cls, records: NDArray[np.void]) -> Segments:
+        """From SEGMENT records."""
+        ends = np.column_stack([records["t_min"], records["t_max"]])
+        return cls(records["rho"].copy(), records["theta"].copy(), ends, records["polarity"].astype(np.int64))
 
     @property
     def normal(self) -> FloatArray:
@@ -61,7 +67,7 @@ class Lines:
         across = (points.mean(axis=1) @ self.normal.T).T - self.rho[:, None]
         return np.where(cosine < 0.0, -1.0, 1.0), sine, np.sort(along, axis=2), across
 
-    def with_joined(self) -> Lines:
+    def with_joined(self) -> Segments:
         """These, and each two pieces of one line as one more."""
         sign, sine, along, across = self.aligned()
         low = np.minimum(self.ends[:, None, 0], along[..., 0])
@@ -78,22 +84,16 @@ class Lines:
         backwards = np.einsum("ni,ni->n", b - a, self.tangent[i]) < 0.0
         d = np.where(backwards[:, None], a - b, b - a)
         theta = np.arctan2(-d[:, 0], d[:, 1])
-        bare = Lines(np.zeros(len(i)), theta, np.zeros((len(i), 2)), self.polarity[i])
+        bare = Segments(np.zeros(len(i)), theta, np.zeros((len(i), 2)), self.polarity[i])
         points = np.concatenate([self.end_points[i], self.end_points[j]], axis=1)
         places = np.einsum("nea,na->ne", points, bare.tangent)
         rho, ends = np.einsum("na,na->n", bare.normal, a), np.column_stack([places.min(axis=1), places.max(axis=1)])
         # Many pieces of one line join to nearly the same; one of these is enough.
         alike = np.column_stack([rho / _ALIKE_PX, theta / _SAME_ANGLE, ends / _ALIKE_ENDS_PX, bare.polarity]).round()
         _, kept = np.unique(alike, axis=0, return_index=True)
-        return Lines(
+        return Segments(
             np.concatenate([self.rho, rho[kept]]),
             np.concatenate([self.theta, theta[kept]]),
             np.concatenate([self.ends, ends[kept]]),
             np.concatenate([self.polarity, bare.polarity[kept]]),
         )
-
-
-def lines_of(segments: NDArray[np.void]) -> Lines:
-    """From SEGMENT records."""
-    ends = np.column_stack([segments["t_min"], segments["t_max"]])
-    return Lines(segments["rho"].copy(), segments["theta"].copy(), ends, segments["polarity"].astype(np.int64))

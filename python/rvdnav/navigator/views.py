@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from rvdnav.core import Core
+from rvdnav.core import Core, FrameResult
+from rvdnav.core.arrays import Records
 from rvdnav.images import PixelArray
-from rvdnav.navigator.stage_times import lap, now
+from rvdnav.navigator.stage_times import add_frame_times, lap, now
 
 Images = tuple[PixelArray | None, ...]
 """Of each camera, 8-bit grey (height, width); None where it has none."""
@@ -26,6 +29,13 @@ class View:
 
 
 Views = tuple[View | None, ...]
+
+
+def look(core: Core, images: Images, times: dict[str, float], windows: Sequence[Records] = ((), ())) -> FrameResult:
+    """The core's frame call: the bracket's edges in the windows of each camera, or without any its search."""
+    frame = core.process(images[0], images[1] if len(images) > 1 else None, *windows)
+    add_frame_times(times, frame)
+    return frame
 
 
 def see(core: Core, images: Images, times: dict[str, float]) -> Views:

@@ -42,6 +42,12 @@ def redundancy(weights: FloatArray, parameters: int = _PARAMETERS) -> float:
     return max(2.0 * float(weights.sum()) - parameters, 1.0)
 
 
+def weighted_rms(residuals: FloatArray, weights: FloatArray) -> float:
+    """RMS of lines' residuals (n, 2), in their unit, with weights (n,)."""
+    squares: FloatArray = weights[:, None] * residuals**2
+    return float(np.sqrt(squares.sum() / max(2.0 * float(weights.sum()), 1e-12)))
+
+
 def unit_weight(solution: GaussNewtonSolution[Any]) -> tuple[float, float]:
     """omega² = sum(w² |r|²) / (c² (2 sum(w) - p)), but at least 1, and sigma0, the root of sum(w |r|²) / (2 sum(w) -
     p), over the whitened residuals r of p parameters.
