@@ -15,6 +15,7 @@ constexpr double kMinContrast = 4.0;  // grey levels
 // Beyond the half-width a step's surroundings are seen too, where the step's slopes are estimated.
 constexpr double kSurround = 1.5;  // pixels
 static_assert(2.0 * (kMaxHalfWidth + kSurround) / kProfileSpacing + 1.0 <= kMaxProfilePoints, "profile does not fit");
+
 // Weights of four neighbouring values at a part a in [0, 1) between the middle two.
 void cubic_weights(double a, double* w) {
   const double b = 1.0 - a;
@@ -69,9 +70,9 @@ bool sample_profile(const rvdnav_rig& rig, int32_t camera, const GreyView& image
 // The steepest place of the wanted polarity, preferring the middle; false where the profile is flat.
 bool find_start(const Profile& profile, int32_t polarity, double half_width, double* t0) {
   double best = 0.0;
-  constexpr int32_t kReach = 2;
+  constexpr int32_t kReach = 2;  // values to both sides, between which the slope is taken
   for (int32_t i = kReach; i < profile.count - kReach; ++i) {
-    if (std::abs(profile.t[i]) > half_width - 0.5 * kReach) continue;
+    if (std::abs(profile.t[i]) > half_width - kReach * kProfileSpacing) continue;
     const double slope = profile.grey[i + kReach] - profile.grey[i - kReach];
     if (polarity != 0 && slope * polarity <= 0.0) continue;
     const double x = profile.t[i] / half_width;
@@ -115,9 +116,8 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
     ++*total;
     if (count >= capacity) continue;
     Step beside = {};
-    const bool known =
-        edge.face != 0.0 && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
-        beside.contrast * step.contrast > 0.0;
+    const bool known = edge.face != 0.0 && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
+                       beside.contrast * step.contrast > 0.0;
     const Eigen::Vector2d q = p + step.t0 * normal;
     samples[count++] = {edge_index,
                         polarity,

@@ -26,8 +26,8 @@ constexpr double kBackSlope = 0.07;
 
 // Parameters: base, contrast, t0, blur, and with slopes fall (towards -t) and rise (towards +t).
 template <int kParameters>
-bool fit(const Profile& profile, double expected_blur, double half_width, const Surroundings& around,
-         const Step& start, Step* step) {
+bool fit(const Profile& profile, double expected_blur, double half_width, const Surroundings& around, const Step& start,
+         Step* step) {
   constexpr bool kSloped = kParameters == 6;
   constexpr double kInvSqrt2 = 0.70710678118654752;
   constexpr double kInvSqrt2Pi = 0.39894228040143268;

@@ -15,8 +15,8 @@ struct Profile {
   int32_t count;
 };
 
-// What a step stands between: how far its two sides, towards -t and +t, are seen undisturbed, and the standard deviation
-// of the grey's slope there as a part of the contrast a pixel (0: the grey is even on both sides).
+// What a step stands between: how far its two sides, towards -t and +t, are seen undisturbed, and the standard
+// deviation of the grey's slope there as a part of the contrast a pixel (0: the grey is even on both sides).
 struct Surroundings {
   double reach[2];  // pixels
   double slope[2];

@@ -31,16 +31,15 @@ rvdnav_status check_stereo(const rvdnav_context* context) {
 
 rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                    const rvdnav_model_edge* edges, uint32_t edge_count, double half_width, double step,
-                                   double blur_sigma, rvdnav_edge_sample* samples, uint32_t capacity,
-                                   uint32_t* count) {
+                                   double blur_sigma, rvdnav_edge_sample* samples, uint32_t capacity, uint32_t* count) {
   RVDNAV_TRY(check_camera(context, camera));
   RVDNAV_TRY(check_image(context, image));
   if (count == nullptr || (edges == nullptr && edge_count > 0) || (samples == nullptr && capacity > 0)) {
     return RVDNAV_ERROR_NULL;
   }
   // Written so that a NaN fails.
-  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar &&
-        blur_sigma >= 0.0 && blur_sigma <= kMaxBlur)) {
+  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar && blur_sigma >= 0.0 &&
+        blur_sigma <= kMaxBlur)) {
     return RVDNAV_ERROR_ARGUMENT;
   }
   const Context& c = context->context;
