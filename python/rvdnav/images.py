@@ -77,6 +77,14 @@ def read_png(path: Path) -> tuple[PixelArray, str | None]:
     return decoded.astype(np.uint8), " ".join(kinds) or None
 
 
+def png_bytes(pixels: PixelArray) -> bytes:
+    """An image (h, w) as a PNG file.  Raises OSError when it cannot be encoded."""
+    done, encoded = cv2.imencode(".png", pixels)
+    if not done:
+        raise OSError(0, "the image cannot be encoded as PNG")
+    return encoded.tobytes()
+
+
 def _check_whole(data: bytes) -> None:
     """Raise ImageError unless every chunk of a PNG is there and carries its checksum.
 

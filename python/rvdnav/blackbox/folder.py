@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import attrs
-import cv2
 
 from rvdnav.blackbox import exact
 from rvdnav.blackbox.delivery import FRAMES, frames_text
 from rvdnav.blackbox.digests import write_digests
 from rvdnav.blackbox.versions import versions
 from rvdnav.errors import InputError
-from rvdnav.images import Image
+from rvdnav.images import Image, png_bytes
 from rvdnav.navigator.memory import Memory
 from rvdnav.output import staged_directory, write_solutions
 from rvdnav.rig import Rig, save_rig
@@ -97,16 +96,9 @@ def _write_images(camera: Path, images: Sequence[Image | None]) -> list[str | No
         name = f"{image.timestamp_ns}{'' if first else f'-{len(names)}'}.png"
         listed.setdefault(image.timestamp_ns, name)
         (camera / "data").mkdir(parents=True, exist_ok=True)
-        _write_png(camera / "data" / name, image)
+        (camera / "data" / name).write_bytes(png_bytes(image.pixels))
         names.append(name)
     if listed:
         rows = [f"{timestamp_ns},{name}" for timestamp_ns, name in sorted(listed.items())]
         (camera / "data.csv").write_text("\n".join(["#timestamp [ns],filename", *rows, ""]), encoding="utf-8")
     return names
-
-
-def _write_png(path: Path, image: Image) -> None:
-    done, encoded = cv2.imencode(".png", image.pixels)
-    if not done:
-        raise OSError(f"{path.name} cannot be encoded")
-    path.write_bytes(encoded.tobytes())

@@ -8,12 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from rvdnav.errors import InputError
 from rvdnav.files import read_text, write_text_atomically
-from rvdnav.images import ImageError, PixelArray, read_png
+from rvdnav.images import ImageError, PixelArray, png_bytes, read_png
 from rvdnav.rig import save_rig
 from rvdnav.simulation import sky
 from rvdnav.simulation.record import fingerprint, meta_text
@@ -147,11 +146,8 @@ class _Producer:
 
 
 def _write_png(path: Path, pixels: PixelArray) -> None:
-    done, encoded = cv2.imencode(".png", pixels)
-    if not done:
-        raise OSError(0, "the image cannot be encoded")
     temporary = path.with_suffix(".part")
-    temporary.write_bytes(encoded.tobytes())
+    temporary.write_bytes(png_bytes(pixels))
     os.replace(temporary, path)
 
 
