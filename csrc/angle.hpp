@@ -3,6 +3,8 @@
 
 #include <stdint.h>
 
+#include "integers.hpp"
+
 namespace rvdnav {
 
 struct CosSin {
@@ -39,14 +41,6 @@ constexpr CosSin cos_sin_degrees(double degrees) {
       return {s, -c};
   }
 }
-
-constexpr int32_t round_half_away(double value) { return static_cast<int32_t>(value < 0 ? value - 0.5 : value + 0.5); }
-
-// v / 2^n rounded down, for negative v too.
-constexpr int32_t floor_shift(int32_t v, int32_t n) { return v >= 0 ? v >> n : ~(~v >> n); }
-
-// v / d rounded to the nearest, d positive.
-constexpr int32_t round_divide(int32_t v, int32_t d) { return (v >= 0 ? v + d / 2 : v - d / 2) / d; }
 
 struct UnitQ14 {
   int16_t c, s;

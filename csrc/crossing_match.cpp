@@ -2,6 +2,7 @@
 
 #include "correlation.hpp"
 #include "epipolar.hpp"
+#include "integers.hpp"
 
 namespace rvdnav {
 namespace {
@@ -12,10 +13,7 @@ constexpr int32_t kMaxSlopeRatio = 4;     // between the views
 constexpr int32_t kSupportColumns = 8, kSupportRows = 4;  // neighbourhood of the disparity gradient
 constexpr int32_t kMinSupport = 2;                        // neighbours within the gradient that a match needs
 
-constexpr int32_t size_of(int32_t v) { return v < 0 ? -v : v; }
 constexpr int32_t nearest(int32_t x_q8) { return (x_q8 + 128) >> 8; }
-constexpr int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
-constexpr int32_t larger(int32_t a, int32_t b) { return a > b ? a : b; }
 
 // The grey window around a crossing, Q4, with its sums.
 struct Window {
@@ -63,7 +61,8 @@ int32_t window_score(const Window& window, const PyramidLevel& image, int32_t x,
 // The same sign of contrast, about as steep, and within 30 degrees of the same direction.
 bool is_alike(const Crossing& a, const Crossing& b) {
   if ((a.slope > 0) != (b.slope > 0)) return false;
-  if (size_of(a.slope) > kMaxSlopeRatio * size_of(b.slope) || size_of(b.slope) > kMaxSlopeRatio * size_of(a.slope))
+  if (magnitude(a.slope) > kMaxSlopeRatio * magnitude(b.slope) ||
+      magnitude(b.slope) > kMaxSlopeRatio * magnitude(a.slope))
     return false;
   const int64_t dot = int64_t{a.gx} * b.gx + int64_t{a.gy} * b.gy;
   const int64_t turn = int64_t{a.gx} * b.gy - int64_t{a.gy} * b.gx;

@@ -1,6 +1,6 @@
 #include "lens_map.hpp"
 
-#include "angle.hpp"
+#include "integers.hpp"
 #include "lens.hpp"
 
 namespace rvdnav {

@@ -1,7 +1,7 @@
 // Sub-bin positions of maxima, in integers.
 #pragma once
 
-#include "angle.hpp"
+#include "integers.hpp"
 #include "hough.hpp"
 
 namespace rvdnav {

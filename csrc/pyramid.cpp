@@ -1,13 +1,9 @@
 #include "pyramid.hpp"
 
-#include "angle.hpp"
+#include "integers.hpp"
 
 namespace rvdnav {
 namespace {
-
-constexpr int32_t clamp(int32_t value, int32_t low, int32_t high) {
-  return value < low ? low : value > high ? high : value;
-}
 
 // The 5x5 binomial (1 4 6 4 1) (1 4 6 4 1)^T / 256, rounded after each direction; the border repeats.
 void smooth_binomial5(const uint16_t* in, int32_t width, int32_t height, uint16_t* row, uint16_t* out) {

@@ -1,6 +1,6 @@
 #include "rect_map.hpp"
 
-#include "angle.hpp"
+#include "integers.hpp"
 #include "lens.hpp"
 
 namespace rvdnav {

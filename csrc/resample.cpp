@@ -1,6 +1,6 @@
 #include "resample.hpp"
 
-#include "angle.hpp"
+#include "integers.hpp"
 
 namespace rvdnav {
 namespace {
@@ -30,10 +30,6 @@ constexpr CubicTable make_cubic_table() {
 }
 
 constexpr CubicTable kCubic = make_cubic_table();
-
-constexpr int32_t clamp(int32_t value, int32_t low, int32_t high) {
-  return value < low ? low : value > high ? high : value;
-}
 
 uint16_t sample_q8(const GreyView& raw, int32_t u_q12, int32_t v_q12) {
   // To the nearest of the phases.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "angle.hpp"
 #include "correlation.hpp"
+#include "integers.hpp"
 
 namespace rvdnav {
 namespace {

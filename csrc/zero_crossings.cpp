@@ -1,5 +1,7 @@
 #include "zero_crossings.hpp"
 
+#include "integers.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -20,8 +22,6 @@ int32_t cubic_zero_q8(const int16_t* f) {
   }
   return high;
 }
-
-constexpr int32_t size_of(int32_t v) { return v < 0 ? -v : v; }
 
 }  // namespace
 
@@ -47,12 +47,12 @@ void find_crossings(const LevelView& view, int32_t min_slope) {
     for (int32_t x = span.begin + kMargin; x < span.end - kMargin - 1 && count < limit; ++x) {
       if ((row[x] > 0) == (row[x + 1] > 0)) continue;
       const int32_t slope = row[x + 1] - row[x];
-      if (size_of(slope) < min_slope) continue;
+      if (magnitude(slope) < min_slope) continue;
       const int32_t t_q8 = cubic_zero_q8(row + x);
       const uint16_t* s = smoothed + x + (t_q8 >= 128 ? 1 : 0);
       const int32_t gx = s[1] - s[-1], gy = s[image.width] - s[-image.width];
       // The edge must rise where the Laplacian falls: other crossings are of smooth shading.
-      if (gx == 0 || (gx > 0) != (slope < 0) || size_of(gy) > kMaxRun * size_of(gx)) continue;
+      if (gx == 0 || (gx > 0) != (slope < 0) || magnitude(gy) > kMaxRun * magnitude(gx)) continue;
       out.crossings[count++] = {256 * x + t_q8, slope, gx, gy};
     }
   }
