@@ -13,7 +13,7 @@ from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.pose.cameras import project_along
 
 # Nearer the target's edges lie farther apart, and a window of this part of the longest one still tells them apart.
-_MAX_PART = 0.08
+_MAX_PART = 0.16
 
 
 def predicted_windows(
