@@ -56,8 +56,20 @@ def format_timestamp_s(timestamp_ns: int) -> str:
 def rigid_transform(values: ArrayLike) -> FloatArray:
     """`values` as a read-only transform (4, 4) in SE(3), its rotation freed from rounding.
 
-    Raises ValueError unless the numbers are finite, the last row is 0 0 0 1 and the rest holds a rotation, orthonormal
-    to `ROTATION_TOLERANCE` and right-handed.
+    Raises ValueError as `check_rigid` does.
+    """
+    T = float_array(values, 4, 4)
+    check_rigid(T)
+    T = make_T(project_to_so3(T[:3, :3]), T[:3, 3])
+    T.setflags(write=False)
+    return T
+
+
+def check_rigid(values: ArrayLike) -> None:
+    """Raise ValueError unless a matrix (4, 4) is a transform in SE(3).
+
+    Its numbers are finite, its last row is 0 0 0 1, and the rest holds a rotation, orthonormal to `ROTATION_TOLERANCE`
+    and right-handed.
     """
     T = float_array(values, 4, 4)
     if not np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)):
@@ -68,6 +80,3 @@ def rigid_transform(values: ArrayLike) -> FloatArray:
         raise ValueError(f"the rotation is none: R Rᵀ differs from the identity by {deviation:.1e}")
     if np.linalg.det(R) < 0.0:
         raise ValueError("the rotation is none: it mirrors (determinant -1)")
-    T = make_T(project_to_so3(R), T[:3, 3])
-    T.setflags(write=False)
-    return T

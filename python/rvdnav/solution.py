@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from rvdnav.conventions import check_rigid
 from rvdnav.errors import InputError
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.euler import EulerAngles, euler_from_rotation
@@ -140,10 +141,10 @@ def _pose(value: Any) -> FloatArray | None:
     if value is None:
         return None
     pose = _array(value, (4, 4), "a pose")
-    if not np.array_equal(pose[3], (0.0, 0.0, 0.0, 1.0)):
-        raise ValueError("the last row of a pose is not 0 0 0 1")
-    if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6) or np.linalg.det(pose[:3, :3]) < 0:
-        raise ValueError("the rotation of a pose is none")
+    try:
+        check_rigid(pose)
+    except ValueError as error:
+        raise ValueError(f"a pose is no transform: {error}") from error
     return pose
 
 

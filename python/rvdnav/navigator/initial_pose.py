@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from rvdnav.conventions import rigid_transform
 from rvdnav.errors import InputError
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges
@@ -17,7 +18,6 @@ _RANGE_PART = 0.01
 _LEAST_SIGMA = 0.002
 _ATTITUDE_SIGMA = math.radians(1.5)
 _UNIT = 1e-3
-_RIGID = 1e-6
 
 
 def parse_pose(text: str) -> FloatArray:
@@ -41,16 +41,14 @@ def parse_pose(text: str) -> FloatArray:
 
 
 def checked_pose(T_world_target: FloatArray, model: EdgeModel, cameras: RectifiedCameras) -> FloatArray:
-    """The pose (4, 4) if a target can be there.
+    """The pose (4, 4), its rotation freed from rounding, if a target can be there.
 
     Raises InputError for a matrix that is no pose, and for a target that is not in front of every camera.
     """
-    T = np.array(T_world_target, np.float64)
-    if T.shape != (4, 4) or not np.isfinite(T).all() or not np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)):
-        raise InputError("the initial pose is not a rigid transform (4, 4)")
-    R = T[:3, :3]
-    if np.abs(R @ R.T - np.eye(3)).max() > _RIGID or np.linalg.det(R) < 0.0:
-        raise InputError("the rotation of the initial pose is none")
+    try:
+        T = rigid_transform(T_world_target)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the initial pose is not a rigid transform: {error}") from error
     try:
         for camera in range(len(cameras.centers)):
             project_edges(cameras, camera, T, model.edge_points)
