@@ -81,5 +81,4 @@ def _images(rig: Rig, corners: FloatArray) -> FloatArray:
 
 
 def _seen(rig: Rig, corners: FloatArray) -> BoolArray:
-    uv = _images(rig, corners)
-    return np.asarray(((uv > 0.0) & (uv < (rig.width - 1, rig.height - 1))).all(axis=2))
+    return rig.on_image(_images(rig, corners))

@@ -16,6 +16,7 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import PoseError, RectifiedCameras, exp, make_T
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.so3 import inverse_T
 from rvdnav.rig import Rig, calibration_parameters
 
 # The target's axes in rectified ones when its face is seen squarely.
@@ -79,7 +80,7 @@ class Design:
 
     def with_baseline(self, factor: float) -> Design:
         """The stereo design with the cameras' distance scaled; its calibration errs as before."""
-        T_cam1_cam0 = np.linalg.inv(self.rig.T_world_cam[1]) @ self.rig.T_world_cam[0]
+        T_cam1_cam0 = inverse_T(self.rig.T_world_cam[1]) @ self.rig.T_world_cam[0]
         delta = np.zeros(len(calibration_parameters(2)))
         delta[-3:] = (factor - 1.0) * T_cam1_cam0[:3, 3]
         return attrs.evolve(self, rig=self.rig.perturbed(delta))

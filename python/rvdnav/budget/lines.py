@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from rvdnav.budget.design import Design
-from rvdnav.navigator.geometry import line_of, project_edges
+from rvdnav.navigator.geometry import line_covariance, line_of, project_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.pose import LineMeasurements, PoseError
 from rvdnav.pose.arrays import FloatArray, IntArray
@@ -88,7 +88,7 @@ def _measured_span(design: Design, camera: int, xy: FloatArray) -> tuple[float, 
     """The part of an edge's image (2, 2) that is on the camera's image and sampled; None where it is too short."""
     length = float(np.linalg.norm(xy[1] - xy[0]))
     uv = design.rig.rect_to_raw(camera, xy[0] + _PLACES[:, None] * (xy[1] - xy[0]))
-    on_image = ((uv > 0.0) & (uv < (design.rig.width - 1, design.rig.height - 1))).all(axis=1)
+    on_image = design.rig.on_image(uv)
     margin = _END_MARGIN_PX / max(length, 1e-9)
     usable = _PLACES[on_image & (np.abs(_PLACES - 0.5) < 0.5 - margin) & (np.abs(_PLACES - 0.5) < 0.5 * design.part)]
     if len(usable) == 0 or (usable[-1] - usable[0]) * length < _MIN_SAMPLES:
@@ -105,7 +105,4 @@ def _fit_covariance(ends: FloatArray, span: FloatArray, theta: FloatArray, step:
     reach = t[:, :1] + span * (t[:, 1:] - t[:, :1])
     middle, length = reach.mean(axis=1), np.abs(reach[:, 1] - reach[:, 0])
     offset = _CORRELATION / np.maximum(length / step, 1.0)
-    tilt = 12.0 * offset / length**2
-    # rho = offset + middle * theta for a line that turns about its middle.
-    mixed = middle * tilt
-    return np.stack([offset + middle * mixed, mixed, mixed, tilt], axis=1).reshape(-1, 2, 2)
+    return line_covariance(offset, 12.0 * offset / length**2, middle)

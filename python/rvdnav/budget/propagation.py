@@ -8,6 +8,7 @@ import numpy as np
 from rvdnav.budget.causes import parameter_errors, residual_errors
 from rvdnav.budget.design import Design
 from rvdnav.budget.lines import ExpectedLines, ends_along, expected_lines
+from rvdnav.navigator.geometry import line_covariance
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals, refine_pose_lines
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.refine_lines import MAX_DISPLACEMENT, MIN_DISPLACEMENT, consistent_sigma
@@ -142,6 +143,5 @@ def _with_displacement(lines: LineMeasurements, along: FloatArray, displacement:
     """The lines with a displacement (2,) beyond the least one as a part of what they state."""
     offset, tilt = np.maximum(displacement**2 - MIN_DISPLACEMENT**2, 0.0)
     middle, half = along.mean(axis=1), 0.5 * (along[:, 1] - along[:, 0])
-    turn = tilt / half**2  # variance of an angle about the middle
-    added = np.stack([middle**2 * turn, middle * turn, middle * turn, turn], axis=1).reshape(-1, 2, 2)
+    added = line_covariance(np.zeros(len(lines)), tilt / half**2, middle)
     return attrs.evolve(lines, cov=lines.cov + added, shift_sigma=np.sqrt(lines.shift_sigma**2 + offset))

@@ -10,11 +10,11 @@ from rvdnav.calibration.adjustment import T_cam_board
 from rvdnav.calibration.board import Board
 from rvdnav.calibration.calibrate import Calibration
 from rvdnav.calibration.next_view import NextView
+from rvdnav.calibration.views import SIDES
 from rvdnav.camera import CameraModel
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.report.style import GRID, MEASURED, PREDICTED, TRUE, styled
 
-_SIDES = ("left", "right")
 _COLOURS = (MEASURED, TRUE)
 _ARROW_PX = 25.0  # the length that a residual of three times the RMS is drawn with
 _OUTLINE_POINTS = 12  # a side, so that the lens bends it
@@ -24,7 +24,7 @@ def residual_figure(calibration: Calibration) -> go.Figure:
     """The corners' residuals where they are in the images, enlarged."""
     residuals = calibration.adjustment.residuals
     factor = _ARROW_PX / (3.0 * max(calibration.adjustment.rms_px, 1e-3))
-    figure = _two_images(calibration, [f"{side}, residuals × {factor:.0f}" for side in _SIDES])
+    figure = _two_images(calibration, [f"{side}, residuals × {factor:.0f}" for side in SIDES])
     for camera in range(2):
         uv, r = calibration.uv[:, camera].reshape(-1, 2), residuals[:, camera].reshape(-1, 2)
         ends = np.stack([uv, uv + factor * r, np.full_like(uv, np.nan)], axis=1).reshape(-1, 2)
@@ -48,7 +48,7 @@ def view_figure(calibration: Calibration) -> go.Figure:
     """RMS of each view in each camera."""
     figure = go.Figure()
     names = [view.name for view in calibration.views]
-    for camera, side in enumerate(_SIDES):
+    for camera, side in enumerate(SIDES):
         errors = calibration.adjustment.view_rms_px[:, camera]
         figure.add_bar(x=names, y=errors, name=side, marker_color=_COLOURS[camera])
     figure.add_hline(y=calibration.adjustment.rms_px, line={"color": PREDICTED, "dash": "dot"})
@@ -59,7 +59,7 @@ def view_figure(calibration: Calibration) -> go.Figure:
 
 def coverage_figure(calibration: Calibration, suggested: tuple[NextView, ...]) -> go.Figure:
     """The boards' outlines in both images, those suggested for the next pictures among them."""
-    figure = _two_images(calibration, list(_SIDES))
+    figure = _two_images(calibration, list(SIDES))
     model = calibration.adjustment.model
     for camera in range(2):
         for index, T in enumerate(T_cam_board(model, camera)):
@@ -119,7 +119,7 @@ def rig_figure(calibration: Calibration, suggested: tuple[NextView, ...]) -> go.
     reach = 0.35 * float(np.median(model.T_cam0_board[:, 2, 3]))
     for camera, T in enumerate(rig.T_world_cam):
         lines = _frustum(rig.cameras[camera], T, reach)
-        _add_lines(figure, lines, _COLOURS[camera], f"{_SIDES[camera]} camera", width=4)
+        _add_lines(figure, lines, _COLOURS[camera], f"{SIDES[camera]} camera", width=4)
     axis = {"gridcolor": GRID, "showbackground": False, "zerolinecolor": GRID, "ticksuffix": " m"}
     figure.update_layout(
         scene={

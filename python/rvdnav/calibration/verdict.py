@@ -7,7 +7,7 @@ import numpy as np
 
 from rvdnav.bracket import Bracket
 from rvdnav.navigator.calibration import CalibrationEffect
-from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
+from rvdnav.navigator.geometry import line_covariance, line_of, project_edges, rectified_cameras
 from rvdnav.pose import LineMeasurements, PoseError, refine_pose_lines
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.so3 import make_T
@@ -60,7 +60,7 @@ def _lines(rig: Rig, T_world_target: FloatArray) -> LineMeasurements:
     for i in range(len(rig.cameras)):
         xy, _ = project_edges(rectified_cameras(rig), i, T_world_target, edge_points)
         uv = rig.rect_to_raw(i, xy.mean(axis=1))
-        for k in np.flatnonzero(((uv > 0.0) & (uv < (rig.width - 1, rig.height - 1))).all(axis=1)):
+        for k in np.flatnonzero(rig.on_image(uv)):
             camera.append(i)
             edge.append(k)
             ends.append(xy[k])
@@ -68,7 +68,7 @@ def _lines(rig: Rig, T_world_target: FloatArray) -> LineMeasurements:
         raise PoseError("no edge of the bracket is in view")
     rho, theta, t = line_of(np.array(ends))
     length, middle = t[:, 1] - t[:, 0], t.mean(axis=1)
-    offset, tilt = 1e-4 * 10.0 / length, 12.0 * 1e-4 * 10.0 / length**3
-    cov = np.stack([offset + middle**2 * tilt, middle * tilt, middle * tilt, tilt], axis=1).reshape(-1, 2, 2)
+    offset = 1e-4 * 10.0 / length
+    cov = line_covariance(offset, 12.0 * offset / length**2, middle)
     number = np.array(edge)
     return LineMeasurements(np.array(camera), number, edge_points[number], rho, theta, cov)

@@ -43,3 +43,15 @@ def line_of(xy: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     rho = c * xy[:, 0, 0] + s * xy[:, 0, 1]
     t = -s[:, None] * xy[:, :, 0] + c[:, None] * xy[:, :, 1]
     return rho, theta, np.sort(t, axis=1)
+
+
+def line_covariance(offset: FloatArray, angle: FloatArray, middle: FloatArray) -> FloatArray:
+    """Covariances (n, 2, 2) of (rho, theta), px², px rad, rad², of lines that turn about their middles.
+
+    offset (n,), px²: variance of a line's place across itself at its middle.  angle (n,), rad²: that of its direction.
+    middle (n,), px: where that is along the line, t = -x sin(theta) + y cos(theta).  The two errors are independent.
+    """
+    mixed = middle * angle
+    return np.stack([offset + middle * mixed, mixed, mixed, np.broadcast_to(angle, mixed.shape)], axis=1).reshape(
+        -1, 2, 2
+    )

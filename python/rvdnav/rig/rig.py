@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
-from rvdnav.pose.arrays import FloatArray, float_array
+from rvdnav.pose.arrays import BoolArray, FloatArray, float_array
 from rvdnav.pose.so3 import exp, inverse_T, make_T
 from rvdnav.rig.covariance import CAMERA_PARAMETERS, calibration_covariance, calibration_parameters
 
@@ -143,6 +143,10 @@ class Rig:
         xy = np.asarray(xy, dtype=np.float64)
         rays = np.concatenate([xy, np.full_like(xy[..., :1], self.focal_rect)], axis=-1)
         return self.cameras[camera].project(rays @ self.R_rect_cam(camera))
+
+    def on_image(self, uv: FloatArray) -> BoolArray:
+        """Whether raw pixels (..., 2) lie within the image, between the centres of its border pixels; NaN does not."""
+        return np.asarray(((uv > 0.0) & (uv < (self.width - 1, self.height - 1))).all(axis=-1))
 
     def projection_matrix(self, camera: int) -> FloatArray:
         """The paper's M_l or M_r (3, 4) of eq. (1) for a rectified view: homogeneous p_W, m, to homogeneous xy, px.
