@@ -145,6 +145,18 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path, tiny: Path) ->
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+def test_a_report_that_cannot_be_written_is_named(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan, out = write_plan(tmp_path, f"name: tiny\nsequences: [{tiny}]\n"), tmp_path / "out"
+    assert execute(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 1  # nothing is found
+    (out / "campaign.html").unlink()
+    (out / "campaign.html").mkdir()
+    capsys.readouterr()
+    assert execute(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 2
+    assert capsys.readouterr().err.startswith(f"rvdnav: {out}: cannot be written")
+
+
 def test_damaged_results_are_named(tmp_path: Path, tiny: Path) -> None:
     plan = tiny_plan(tiny, 2)
     run_campaign(plan, tmp_path / "out", IN_TURN)

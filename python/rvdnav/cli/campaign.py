@@ -12,6 +12,7 @@ from rvdnav.campaign.run import BACKENDS
 from rvdnav.campaign.store import RESULTS
 from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
+from rvdnav.output import staged_directory
 
 
 def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: int) -> int:
@@ -25,7 +26,8 @@ def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: i
     with progress_bars() as tell:
         rows = run_campaign(plan, out, Pool(backend, scheduler, jobs), tell)
     summary = summarise(rows)
-    write_campaign_report(out / REPORT, plan.name, summary, rows)
+    with staged_directory(out) as staging:
+        write_campaign_report(staging / REPORT, plan.name, summary, rows)
     _print(summary)
     console.print(f"results: {out / RESULTS}", soft_wrap=True)
     console.print(f"report: {out / REPORT}", soft_wrap=True)
