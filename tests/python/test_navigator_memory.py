@@ -36,6 +36,19 @@ def interrupted() -> Iterator[Frame]:
         yield frame_of(images, START_NS + number * STEP_NS)
 
 
+def test_a_lost_initial_pose_is_forgotten() -> None:
+    """After the loss everything goes on as if none had been given, the evidence between two poses included."""
+    told, untold = Navigator(RIG, SMALL, initial_pose=pose(0.9, 0.1, 0.0)), Navigator(RIG, SMALL)
+    for seconds in (-6, -3):
+        frame = Frame(START_NS + seconds * 1_000_000_000, None, None)
+        states = [navigator.process(frame).state for navigator in (told, untold)]
+    assert states == [State.LOST, State.SEARCHING]
+    for frame in undecided():
+        first, second = told.process(frame), untold.process(frame)
+        assert first == second
+    assert first.published
+
+
 def navigators() -> dict[str, Navigator]:
     return {"undecided": Navigator(RIG, SMALL), "interrupted": Navigator(RIG, BOX, initial_pose=pose(0.75, 0.0, 0.04))}
 

@@ -20,7 +20,7 @@ class Memory:
     `Measurement.polarity`.  image_digests: of each camera's last image, None where there was none.  held_odds: while
     one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
     lasting_part (6, 6): of the last published covariance, what errs alike in all frames.  initial_pose (4, 4): given
-    by the caller and not yet confirmed by a published one, else None.  sizes: of a target of unknown size, None before
+    by the caller, until a pose is published or the target lost.  sizes: of a target of unknown size, None before
     it was first seen.
     """
 

@@ -190,11 +190,7 @@ class Navigator:
         return Expectation(prediction, self._memory.polarity, self._memory.held_odds)
 
     def _published(
-        self,
-        timestamp_ns: int,
-        notes: frozenset[Reason],
-        attempt: Attempt,
-        measurement: Measurement,
+        self, timestamp_ns: int, notes: frozenset[Reason], attempt: Attempt, measurement: Measurement
     ) -> Solution:
         predicted = self._prediction(timestamp_ns)
         # Calibration and learnt sizes err alike in all frames: the filter, which takes errors for independent, isn't
@@ -206,15 +202,9 @@ class Navigator:
         if self._sizing is not None:
             lasting += self._sizing.size_part(attempt)
             self._sizing.sizes = attempt.sizes or self._sizing.sizes
-        self._remember(lasting_part=lasting)
         state = next_state(self._memory.state, measured=True, coast_expired=False)
-        self._remember(
-            state=state,
-            last_pose_ns=timestamp_ns,
-            polarity=measurement.polarity,
-            held_odds=None,
-            initial_pose=None,
-        )
+        self._remember(state=state, lasting_part=lasting)
+        self._remember(last_pose_ns=timestamp_ns, polarity=measurement.polarity, held_odds=None, initial_pose=None)
         cameras = measurement.cameras
         return Solution(
             timestamp_ns=timestamp_ns,
@@ -242,18 +232,15 @@ class Navigator:
             self._filter.reset()
         self._filter.update(timestamp_ns, T_world_target, covariance)
 
-    def _without_pose(
-        self,
-        timestamp_ns: int,
-        reasons: frozenset[Reason],
-        attempt: Attempt | None,
-    ) -> Solution:
+    def _without_pose(self, timestamp_ns: int, reasons: frozenset[Reason], attempt: Attempt | None) -> Solution:
         """No pose: coast on the prediction while that is allowed."""
         since_pose = timestamp_ns - self._memory.last_pose_ns
         expired = since_pose > self._settings.coast_seconds * 1e9
         state = next_state(self._memory.state, measured=False, coast_expired=expired)
         rival = self._hold(timestamp_ns, state, attempt)
         self._remember(state=state)
+        if state is State.LOST:
+            self._remember(initial_pose=None)
         prediction = self._filter.predict(timestamp_ns) if state is State.COASTING and since_pose >= 0 else None
         return Solution(
             timestamp_ns=timestamp_ns,
