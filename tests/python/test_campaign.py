@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -200,6 +201,22 @@ def test_a_scheduler_that_is_not_there(tmp_path: Path, tiny: Path) -> None:
     with pytest.raises(InputError, match="only a Dask or Ray cluster"):
         run_campaign(tiny_plan(tiny, 1), tmp_path / "a", Pool("local", "tcp://127.0.0.1:1"))
     assert execute(["campaign", "x.yaml", "--out", str(tmp_path / "b"), "--backend", "cloud"]) == 2
+
+
+@pytest.mark.parametrize("package", ["pyarrow", "joblib", "scipy.stats"])
+def test_a_missing_package_is_named_in_one_line(
+    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in [name for name in sys.modules if name.startswith(("rvdnav.campaign", "rvdnav.cli.campaign"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert execute(["campaign", str(tmp_path / "none.yaml"), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("rvdnav: campaigns: ")
+    assert package in error
+    assert error.endswith("; install rvdnav with the extra 'campaign'\n")
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(("events", "trials"), [(0, 1), (0, 59), (1, 40), (7, 100), (250, 1000)])

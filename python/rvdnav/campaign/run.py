@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import attrs
-import pyarrow as pa
 
 from rvdnav.campaign.plan import Plan
 from rvdnav.campaign.store import claim, collect
@@ -18,6 +17,7 @@ from rvdnav.extras import needs_extra
 
 with needs_extra("campaign", "campaigns"):
     import joblib
+    import pyarrow as pa
 
 BACKENDS = ("local", "dask", "ray")
 Progress = Callable[[str, int, int], None]
