@@ -29,7 +29,8 @@ def write_campaign_report(path: Path, name: str, summary: Summary, rows: pa.Tabl
     overall = summary.overall
     sections = []
     if np.isfinite(overall.position_m).all():
-        sections.append(section("Error against range", figure_html(_error_figure(rows), "errors")))
+        limits = note_html("Dotted: the paper's limits, 20 mm and 2°.")
+        sections.append(section("Error against range", figure_html(_error_figure(rows), "errors") + limits))
         sections.append(section("By range", _table("range", summary.by_range)))
     sections.append(section("Availability", figure_html(_availability_figure(summary.by_fault), "availability")))
     sections.append(section("By fault", _table("fault", summary.by_fault)))
@@ -91,7 +92,7 @@ def _error_figure(rows: pa.Table) -> go.Figure:
                 col=column,
             )
         figure.add_hline(y=paper, line={"color": LIMIT, "dash": "dot"}, row=1, col=column)
-        figure.update_yaxes(type="log", title=title, row=1, col=column)
+        figure.update_yaxes(type="log", dtick=1, title=title, row=1, col=column)
         figure.update_xaxes(title="true range, m", row=1, col=column)
     return styled(figure, 380)
 

@@ -72,7 +72,7 @@ def budget(
             )
         write_budget(staging / "budget.html", result)
     _print(result)
-    console.print(f"page: {out / 'budget.html'}", soft_wrap=True)
+    console.print(f"report: {out / 'budget.html'}", soft_wrap=True)
     return 0 if all(check.agrees for check in result.checks) else 1
 
 

@@ -10,6 +10,7 @@ from rvdnav.campaign import Pool, Summary, load_plan, run_campaign, summarise
 from rvdnav.campaign.page import REPORT, write_campaign_report
 from rvdnav.campaign.run import BACKENDS
 from rvdnav.campaign.store import RESULTS
+from rvdnav.campaign.summary import CONFIDENCE
 from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
@@ -50,3 +51,7 @@ def _print(summary: Summary) -> None:
             f"{100 * group.wrong_bound:.2g} %",
         )
     console.print(table)
+    console.print(
+        f"rate below: of wrong poses, with {100 * CONFIDENCE:.0f} % confidence, frames taken for independent",
+        soft_wrap=True,
+    )

@@ -61,7 +61,10 @@ def stage_figure(solutions: Sequence[Solution]) -> go.Figure:
     )
     longest = max(medians.values(), default=0.0) * 1e3
     figure.update_yaxes(autorange="reversed", ticksuffix="  ")
-    figure.update_xaxes(title_text="median, ms", range=[0, 1.12 * longest if np.isfinite(longest) and longest else 1])
+    figure.update_xaxes(
+        title_text="median of the frames that ran the stage, ms",
+        range=[0, 1.12 * longest if np.isfinite(longest) and longest else 1],
+    )
     styled(figure, 110 + 26 * max(len(medians), 1))
     figure.update_layout(margin={"l": 120, "t": 10}, bargap=0.35)
     return figure
