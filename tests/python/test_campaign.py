@@ -203,6 +203,14 @@ def test_a_scheduler_that_is_not_there(tmp_path: Path, tiny: Path) -> None:
     assert execute(["campaign", "x.yaml", "--out", str(tmp_path / "b"), "--backend", "cloud"]) == 2
 
 
+@pytest.mark.parametrize("jobs", ["0", "-2"])
+def test_jobs_that_are_no_number_of_trials(jobs: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_plan(tmp_path, f"name: a\nsequences: [{EXAMPLE}]\nseeds: [1]\nfaults: [none]\n")
+    assert execute(["campaign", str(path), "--out", str(tmp_path / "out"), "--jobs", jobs]) == 2
+    assert capsys.readouterr().err.startswith(f"rvdnav: --jobs {jobs}: ")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("package", ["pyarrow", "joblib", "scipy.stats"])
 def test_a_missing_package_is_named_in_one_line(
     package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

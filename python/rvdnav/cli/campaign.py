@@ -23,6 +23,8 @@ def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: i
     """
     if backend not in BACKENDS:
         raise InputError(f"--backend {backend}: is none of {', '.join(BACKENDS)}")
+    if jobs < 1 and jobs != -1:
+        raise InputError(f"--jobs {jobs}: is neither a number of trials at once nor -1")
     plan = load_plan(path)
     with progress_bars() as tell:
         rows = run_campaign(plan, out, Pool(backend, scheduler, jobs), tell)
