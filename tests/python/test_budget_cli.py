@@ -88,8 +88,9 @@ FAULTS = [
     (["{folder}", "--angles", "90"], "90 is out of range"),
     (["{folder}", "--at", "-1"], "--at -1: not a range"),
     (["{folder}", "--at", "0.02"], "too little of target test-bracket is in view"),
-    (["{folder}", "--noise", "-1"], "noise is not a number from 0 on"),
-    (["{folder}", "--contrast", "0"], "contrast"),
+    (["{folder}", "--noise", "-1"], "--noise -1: not a number from 0 on"),
+    (["{folder}", "--tolerance", "nan"], "--tolerance nan: not a number from 0 on"),
+    (["{folder}", "--contrast", "0"], "--contrast 0: not a number above 0"),
 ]
 
 

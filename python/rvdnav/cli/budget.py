@@ -80,17 +80,26 @@ def assume(
     noise: float, contrast: float, displacement_px: float, tolerance_mm: float, timing_ms: float, speed: float
 ) -> Assumptions:
     """The assumptions that the options make.  Raises InputError for one out of range."""
-    try:
-        return Assumptions(
-            noise=noise,
-            contrast=contrast,
-            displacement=displacement_px,
-            dimensions=1e-3 * tolerance_mm,
-            timing=1e-3 * timing_ms,
-            speed=speed,
-        )
-    except ValueError as error:
-        raise InputError(f"budget: {error}") from error
+    from_zero = {
+        "noise": noise,
+        "displacement": displacement_px,
+        "tolerance": tolerance_mm,
+        "timing": timing_ms,
+        "speed": speed,
+    }
+    for name, value in from_zero.items():
+        if not 0.0 <= value < math.inf:
+            raise InputError(f"--{name} {value:g}: not a number from 0 on")
+    if not 0.0 < contrast < math.inf:
+        raise InputError(f"--contrast {contrast:g}: not a number above 0")
+    return Assumptions(
+        noise=noise,
+        contrast=contrast,
+        displacement=displacement_px,
+        dimensions=1e-3 * tolerance_mm,
+        timing=1e-3 * timing_ms,
+        speed=speed,
+    )
 
 
 def _folder(path: Path) -> Path:
