@@ -26,7 +26,7 @@ def calibration_of(T_cam0_board: FloatArray) -> Calibration:
     uv = exact_corners(T_cam0_board) + noise
     adjustment = adjust(StereoModel(RIG.cameras, T_CAM1_CAM0, T_cam0_board), BOARD.points, uv)
     blank = np.zeros((RIG.height, RIG.width), np.uint8)
-    views = tuple(View(str(i), (blank, blank), ()) for i in range(len(uv)))  # type: ignore[arg-type]
+    views = tuple(View(str(i), (blank, blank), ()) for i in range(len(uv)))
     rig = attrs.evolve(RIG, calibration_covariance=adjustment.covariance)
     return Calibration(BOARD, rig, adjustment, views, uv, (Dropped("x<y>", "was & is bad"),), 0.001, 0.0001)
 

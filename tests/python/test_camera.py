@@ -100,7 +100,7 @@ def test_bad_parameters_are_refused(change: dict[str, object], fault: str) -> No
         "distortion": np.zeros(4),
     }
     with pytest.raises(ValueError, match=fault):
-        CameraModel(**(values | change))  # type: ignore[arg-type]
+        CameraModel(**(values | change))
 
 
 def test_parameters_cannot_change() -> None:

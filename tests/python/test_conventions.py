@@ -89,4 +89,4 @@ def test_rounded_transform_is_made_exact() -> None:
 )
 def test_transforms_that_are_none(change: object, fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
-        rigid_transform(change(transform()))  # type: ignore[operator]
+        rigid_transform(change(transform()))

@@ -42,7 +42,7 @@ def test_every_element_is_the_printed_one(phi: float, theta: float, psi: float) 
 
 
 @pytest.mark.parametrize(("axis", "elementary"), [("x", elementary_x), ("y", elementary_y), ("z", elementary_z)])
-def test_elementary_rotations_are_the_transposes_of_the_active_ones(axis: str, elementary) -> None:  # type: ignore[no-untyped-def]
+def test_elementary_rotations_are_the_transposes_of_the_active_ones(axis: str, elementary) -> None:
     assert np.allclose(elementary(0.4), Rotation.from_euler(axis, 0.4).as_matrix().T, atol=1e-15)
 
 

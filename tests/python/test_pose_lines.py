@@ -88,7 +88,7 @@ def test_without_robustness_it_is_the_least_squares_solution() -> None:
 def test_the_minimum_is_stationary_under_its_weights(loss: str) -> None:
     lines = noisy_lines(24, scale=3.0)
     start = perturb(pose(), 0.1 * START)
-    refined = refine_pose_lines(start, lines, CAMERAS, loss=loss)  # type: ignore[arg-type]
+    refined = refine_pose_lines(start, lines, CAMERAS, loss=loss)
     assert refined.converged
     assert refined.weights.min() < 1.0
     factors = whitened(lines, start)

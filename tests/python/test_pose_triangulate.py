@@ -27,9 +27,9 @@ def test_agrees_with_opencv() -> None:
 def test_disagreeing_images_are_met_as_the_printed_normal_equations_meet_them() -> None:
     rng = np.random.default_rng(6)
     uv_l, uv_r = (uv + rng.normal(scale=1.0, size=uv.shape) for uv in (UV_L, UV_R))
-    for found, l, r in zip(triangulate(M_L, M_R, uv_l, uv_r), uv_l, uv_r, strict=True):  # noqa: E741
+    for found, left, right in zip(triangulate(M_L, M_R, uv_l, uv_r), uv_l, uv_r, strict=True):
         K, U = [], []
-        for M, (u, v) in ((M_L, l), (M_R, r)):
+        for M, (u, v) in ((M_L, left), (M_R, right)):
             K += [u * M[2, :3] - M[0, :3], v * M[2, :3] - M[1, :3]]
             U += [M[0, 3] - u * M[2, 3], M[1, 3] - v * M[2, 3]]
         assert np.allclose(found, np.linalg.inv(np.transpose(K) @ K) @ np.transpose(K) @ U, atol=1e-9)

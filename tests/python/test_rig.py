@@ -304,7 +304,7 @@ def test_a_perturbed_rig_has_the_changed_parameters_and_their_world() -> None:
 
 
 def asymmetric(values: dict[str, list[object]]) -> None:
-    values["matrix"][2][5] += 1e-3  # type: ignore[index]
+    values["matrix"][2][5] += 1e-3
 
 
 COVARIANCE_FAULTS = [

@@ -60,7 +60,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "poses.tum"
     path.write_text("old\n")
     with pytest.raises(TypeError):
-        write_tum(path, [(START_NS, np.eye(4)), (START_NS, None)])  # type: ignore[list-item]
+        write_tum(path, [(START_NS, np.eye(4)), (START_NS, None)])
     assert path.read_text() == "old\n"
     assert [file.name for file in tmp_path.iterdir()] == ["poses.tum"]
     with pytest.raises(InputError, match="nowhere"):
