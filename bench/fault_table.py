@@ -1,4 +1,4 @@
-"""The fault table: every fault over the given sequences, struck in the middle; a Markdown table on stdout.
+"""The fault table: faults without a strength, over the given sequences, struck in the middle; Markdown on stdout.
 
     python bench/fault_table.py SEQUENCE...
 
@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 from rvdnav import Navigator, Sequence, open_sequence
 from rvdnav.evaluation import Evaluation, evaluate
-from rvdnav.faults import FAULT_NAMES, Fault, FaultySequence, Response
+from rvdnav.faults import FAULT_NAMES, STRENGTHS, Fault, FaultySequence, Response
 
 SIGMAS = 5.0
 HEADINGS = (
@@ -81,7 +81,7 @@ def main(paths: list[str]) -> None:
     print(f"| {' | '.join(HEADINGS)} |")
     print("|" + "---|" * len(HEADINGS))
     sequences = [open_sequence(path) for path in paths]
-    for name in FAULT_NAMES:
+    for name in (name for name in FAULT_NAMES if name not in STRENGTHS):
         for sequence in sequences:
             print(f"| {' | '.join(row(sequence.path.name, strike(sequence, name)))} |", flush=True)
 

@@ -12,7 +12,7 @@ import typer
 from rvdnav.campaign import load_plan
 from rvdnav.cli.app import app
 from rvdnav.core.config import make_config
-from rvdnav.faults import FAULT_NAMES
+from rvdnav.faults import FAULT_NAMES, STRENGTHS
 from rvdnav.navigator import NavigatorSettings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,7 +79,14 @@ def test_the_example_of_a_campaign_can_be_run() -> None:
 def test_every_fault_is_measured_in_the_table() -> None:
     table = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8").partition("## Measured")[2]
     rows = re.findall(r"^\| ([a-z0-9_.]+) \| (approach|sunlit) \|", table, re.MULTILINE)
-    assert rows == [(fault, sequence) for fault in FAULT_NAMES for sequence in ("approach", "sunlit")]
+    measured = [fault for fault in FAULT_NAMES if fault not in STRENGTHS]
+    assert rows == [(fault, sequence) for fault in measured for sequence in ("approach", "sunlit")]
+
+
+def test_every_fault_with_a_strength_is_documented() -> None:
+    page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    described = {name for cell in re.findall(r"^\| (`.*?`) \|", page, re.MULTILINE) for name in re.findall("`(.*?)`", cell)}
+    assert {re.sub("_(left|right)$", "", name) for name in STRENGTHS} <= described
 
 
 def test_files_named_in_the_algorithm_exist() -> None:

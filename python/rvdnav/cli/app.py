@@ -101,7 +101,10 @@ def _run(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
     fault: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME:FRAMES", help="Inject a fault, e.g. black_left:10-14,20; may be repeated."),
+        typer.Option(
+            metavar="NAME[=STRENGTH]:FRAMES",
+            help="Inject a fault, e.g. black_left:10-14,20 or blur=2.5:all; may be repeated.",
+        ),
     ] = None,
     initial_pose: Annotated[
         str | None,

@@ -25,7 +25,7 @@ from rvdnav.target import Target
 
 
 def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None, smoothed: bool = False) -> int:
-    """Process the sequence at ``path`` into ``out``, with the faults injected that are given as NAME:FRAMES.
+    """Process the sequence at ``path`` into ``out``, with the faults that `parse_fault` understands.
 
     initial_pose: T_world_target at the first frame as "tx ty tz qx qy qz qw".
     smoothed: write the filtered poses as well.

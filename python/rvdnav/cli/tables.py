@@ -82,7 +82,7 @@ def print_responses(responses: Sequence[tuple[Fault, Response]], evaluation: Eva
     for fault, response in responses:
         alarm = "-" if response.alarm is None else f"{response.alarm} frame{'' if response.alarm == 1 else 's'}"
         wrong = "-" if evaluation is None else str(response.wrong(evaluation))
-        table.add_row(fault.name, str(len(response.struck)), str(response.refused), alarm, wrong)
+        table.add_row(fault.label, str(len(response.struck)), str(response.refused), alarm, wrong)
     console.print(table)
 
 

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from functools import partial
 
 import attrs
-import numpy as np
 
-from rvdnav.faults import calibration, delivery, pixels
+from rvdnav.faults import calibration, delivery, electronics, knowledge, optics, pixels, scanning
 from rvdnav.faults.delivery import LEFT, RIGHT, Delivery, Strikes
-from rvdnav.faults.region import Region
+from rvdnav.faults.strength import Strength
 from rvdnav.images import PixelArray
 from rvdnav.rig import Rig
+from rvdnav.target import Target
 
 _BOTH = (LEFT, RIGHT)
 _SIDES = {"left": (LEFT,), "right": (RIGHT,), "both": _BOTH}
@@ -20,18 +20,16 @@ _SIDES = {"left": (LEFT,), "right": (RIGHT,), "both": _BOTH}
 
 @attrs.frozen
 class PixelFault:
-    """What is done to the images of some cameras."""
+    """What is done to the images of some cameras: pixels, view, generator and strengths in, pixels out."""
 
-    effect: Callable[[PixelArray, Region, np.random.Generator], PixelArray]
-    cameras: tuple[int, ...]
+    effect: Callable[..., PixelArray]
+    cameras: tuple[int, ...] = _BOTH
+    strengths: tuple[Strength, ...] = ()
 
 
-def _in_one_or_both(name: str, effect: Callable[..., PixelArray]) -> dict[str, PixelFault]:
-    return {
-        f"{name}_left": PixelFault(effect, (LEFT,)),
-        f"{name}_right": PixelFault(effect, (RIGHT,)),
-        name: PixelFault(effect, _BOTH),
-    }
+def _in_one_or_both(name: str, effect: Callable[..., PixelArray], *strengths: Strength) -> dict[str, PixelFault]:
+    sides = {f"{name}_left": (LEFT,), f"{name}_right": (RIGHT,), name: _BOTH}
+    return {side: PixelFault(effect, cameras, strengths) for side, cameras in sides.items()}
 
 
 def _miscalibrations() -> dict[str, Callable[[Rig], Rig]]:
@@ -53,6 +51,8 @@ def _each(changes: list[Callable[[Rig], Rig]], rig: Rig) -> Rig:
     return rig
 
 
+_FIELD_DELAY = Strength("delay", "ms", -1000.0, 1000.0)
+_SIZE_SIGMA = Strength("sigma", "mm", 0.0, 100.0)
 DELIVERY_FAULTS: dict[str, Callable[[list[Delivery], Strikes], list[Delivery]]] = {
     "dropped": delivery.dropped,
     "duplicated": delivery.duplicated,
@@ -71,10 +71,50 @@ PIXEL_FAULTS: dict[str, PixelFault] = {
     "gain_0.3": PixelFault(pixels.gain_0_3, _BOTH),
     "gain_2": PixelFault(pixels.gain_2, _BOTH),
     **_in_one_or_both("corrupted_rows", pixels.corrupted_rows),
+    **_in_one_or_both("field_doubled", scanning.field_doubled),
+    **_in_one_or_both("blur", optics.blurred, Strength("sigma", "px", 0.1, 30.0)),
+    **_in_one_or_both(
+        "motion_blur",
+        optics.motion_blurred,
+        Strength("length", "px", 0.0, 100.0),
+        Strength("direction", "degrees", -360.0, 360.0, optional=True),
+    ),
+    **_in_one_or_both("flare", optics.flare, Strength("level", "grey levels", 0.0, 255.0)),
+    **_in_one_or_both("vignetting", optics.vignetted, Strength("loss", "the whole", 0.0, 1.0)),
+    **_in_one_or_both("gamma", electronics.gamma, Strength("exponent", "1", 0.05, 20.0)),
+    **_in_one_or_both("sharpened", electronics.sharpened, Strength("strength", "1", 0.0, 20.0)),
+    **_in_one_or_both("jpeg", electronics.jpeg, Strength("quality", "libjpeg's scale", 1.0, 100.0)),
+    **_in_one_or_both("noise", electronics.noise, Strength("sigma", "grey levels", 0.0, 128.0)),
+    **_in_one_or_both("row_noise", electronics.row_noise, Strength("sigma", "grey levels", 0.0, 128.0)),
+    **_in_one_or_both("hot_pixels", electronics.hot_pixels, Strength("share", "a thousandth", 0.0, 1000.0)),
+    **_in_one_or_both("grey_steps", electronics.grey_steps, Strength("step", "grey levels", 1.0, 128.0)),
+    **_in_one_or_both("interlaced", scanning.interlaced, _FIELD_DELAY),
+    **_in_one_or_both("interlaced_bottom", scanning.interlaced_bottom, _FIELD_DELAY),
+    **_in_one_or_both("rolling_shutter", scanning.rolling_shutter, Strength("shear", "px", -200.0, 200.0)),
 }
-CALIBRATION_FAULTS: dict[str, Callable[[Rig], Rig]] = _miscalibrations()
-FAULT_NAMES: tuple[str, ...] = (*DELIVERY_FAULTS, *PIXEL_FAULTS, *CALIBRATION_FAULTS)
+MISCALIBRATIONS: dict[str, Callable[[Rig], Rig]] = _miscalibrations()
+"""Of a given size."""
+RIG_FAULTS: dict[str, Callable[..., Rig]] = {"calibration": knowledge.calibration}
+"""Of the calibration, at random: rig, generator and strengths in, rig out."""
+TARGET_FAULTS: dict[str, Callable[..., Target]] = {
+    "target_sizes": knowledge.target_sizes,
+    "target_points": knowledge.target_points,
+}
+"""Of the target's description, at random: target, generator and strengths in, target out."""
+KNOWLEDGE_FAULTS: tuple[str, ...] = (*MISCALIBRATIONS, *RIG_FAULTS, *TARGET_FAULTS)
+"""Those that leave the images as they are."""
+FAULT_NAMES: tuple[str, ...] = (*DELIVERY_FAULTS, *PIXEL_FAULTS, *KNOWLEDGE_FAULTS)
 """Every name that `parse_fault` knows."""
+STRENGTHS: dict[str, tuple[Strength, ...]] = {
+    **{name: fault.strengths for name, fault in PIXEL_FAULTS.items() if fault.strengths},
+    "calibration": (
+        Strength("focal length", "%", 0.0, 20.0),
+        Strength("principal point", "px", 0.0, 1000.0),
+        Strength("rotation", "degrees", 0.0, 20.0),
+    ),
+    **dict.fromkeys(TARGET_FAULTS, (_SIZE_SIGMA,)),
+}
+"""What the faults that are more or less strong are told, by name."""
 STEREO_FAULTS: tuple[str, ...] = tuple(
     name for name in FAULT_NAMES if name == "swapped" or "right" in name or name.startswith("miscalibrated_both")
 )
