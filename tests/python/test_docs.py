@@ -85,7 +85,8 @@ def test_every_fault_is_measured_in_the_table() -> None:
 
 def test_every_fault_with_a_strength_is_documented() -> None:
     page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
-    described = {name for cell in re.findall(r"^\| (`.*?`) \|", page, re.MULTILINE) for name in re.findall("`(.*?)`", cell)}
+    cells = re.findall(r"^\| (`.*?`) \|", page, re.MULTILINE)
+    described = {name for cell in cells for name in re.findall("`(.*?)`", cell)}
     assert {re.sub("_(left|right)$", "", name) for name in STRENGTHS} <= described
 
 
