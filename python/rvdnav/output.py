@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from rvdnav.errors import InputError
-from rvdnav.files import read_text
+from rvdnav.files import read_lines
+from rvdnav.jsonio import parse_object
 from rvdnav.sequence import read_tum, write_tum
 from rvdnav.solution import Solution
 
@@ -79,8 +80,7 @@ def read_solutions(folder: Path) -> tuple[Solution, ...]:
     Raises InputError naming the file when one is missing or damaged, or when they disagree.
     """
     path = folder / SOLUTIONS
-    lines = read_text(path).splitlines()
-    solutions = tuple(_parse(path, number, line) for number, line in enumerate(lines, start=1))
+    solutions = tuple(_parse(path, number, line) for number, line in read_lines(path))
     if not solutions:
         raise InputError(f"{path}: holds no frames")
     _check_poses(folder / POSES, solutions)
@@ -89,7 +89,7 @@ def read_solutions(folder: Path) -> tuple[Solution, ...]:
 
 def _parse(path: Path, number: int, line: str) -> Solution:
     try:
-        return Solution.from_json(json.loads(line))
+        return Solution.from_json(parse_object(line))
     except (InputError, ValueError) as error:
         raise InputError(f"{path}: line {number}: {error}") from error
 

@@ -9,7 +9,7 @@ import attrs
 
 from rvdnav.conventions import parse_timestamp_ns
 from rvdnav.errors import InputError
-from rvdnav.files import read_text
+from rvdnav.files import plain_name, read_rows
 from rvdnav.images import ImageError, png_size
 from rvdnav.rig import Rig
 
@@ -46,14 +46,12 @@ def list_images(camera: Path) -> list[Entry]:
 def _read_index(camera: Path) -> list[Entry]:
     path = camera / "data.csv"
     entries: dict[int, Entry] = {}
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
+    for number, line in read_rows(path):
         words = [word.strip() for word in line.split(",")]
         try:
             if len(words) != 2 or not words[1]:
                 raise ValueError("not a row of timestamp [ns],filename")
-            entry = _entry(camera, *words)
+            entry = _entry(camera, words[0], plain_name(words[1]))
             if entry.timestamp_ns in entries:
                 raise ValueError(f"timestamp {words[0]} is given twice")
         except ValueError as error:

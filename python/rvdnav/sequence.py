@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -96,15 +97,15 @@ def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLER
     size of the calibration.  An image that is missing, damaged or unpaired is no error but a notice.
     """
     folder = Path(path)
-    if not folder.is_dir():
-        raise InputError(f"{folder}: {'not a folder' if folder.exists() else 'no such folder'}")
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder}: {'not a folder' if os.path.exists(folder) else 'no such folder'}")
     if not any((folder / name).is_dir() for name in CAMERAS):
         raise InputError(f"{folder}: not a sequence: holds neither cam0 nor cam1")
-    rig = load_rig(folder)
+    notices: list[str] = []
+    rig = load_rig(folder, notices)
     target = load_target(folder / "target.yaml")
     truth_path = folder / "groundtruth.tum"
     truth = read_tum(truth_path) if truth_path.exists() else None
-    notices: list[str] = []
     left, right = (check_images(list_images(folder / name), rig, notices) for name in CAMERAS)
     if right and not rig.is_stereo:
         raise InputError(f"{folder / 'camchain.yaml'}: cam1 is missing, but there are images of it")

@@ -13,6 +13,7 @@ from rvdnav.conventions import check_rigid
 from rvdnav.errors import InputError
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.euler import EulerAngles, euler_from_rotation
+from rvdnav.typed import check_type
 
 TOTAL = "total"
 """Name in ``Solution.stage_times`` of the whole process call; the stages of the two views overlap, so it is no sum."""
@@ -289,8 +290,8 @@ class Solution:
     def from_json(cls, data: Mapping[str, Any]) -> Solution:
         """The inverse of ``to_json``.  Raises InputError naming the fault (the caller knows the file)."""
         try:
-            return cls(
-                timestamp_ns=int(data["timestamp_ns"]),
+            solution = cls(
+                timestamp_ns=data["timestamp_ns"],
                 state=State[data["state"]],
                 mode=None if data["mode"] is None else Mode[data["mode"]],
                 reasons=frozenset(Reason[name] for name in data["reasons"]),
@@ -306,10 +307,12 @@ class Solution:
                 view_lines={int(camera): lines for camera, lines in data["view_lines"].items()},
                 stage_times=data["stage_times_s"],
             )
+            check_type(solution, cls, "the solution")
         except KeyError as error:
             raise InputError(f"unknown or missing {error.args[0]!r} in a solution") from error
-        except (AttributeError, TypeError, ValueError) as error:
+        except (AttributeError, OverflowError, TypeError, ValueError) as error:
             raise InputError(f"not a solution: {error}") from error
+        return solution
 
 
 def _listed(array: FloatArray | None) -> list[Any] | None:

@@ -18,6 +18,8 @@ from rvdnav.yamlio import Section, read_yaml
 
 __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
+_SIZES = ("long_base", "short_base", "height", "bar_width")
+_KEYS = ("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edges", "faces", *_SIZES)
 _METRES = {"m": 1.0, "mm": 1e-3}
 _MIN_SEPARATION_M = 1e-6
 _EXAMPLE = Trapezoid(0.2, 0.1, 0.15, 0.015, 0.015, 0.015)
@@ -183,6 +185,7 @@ def load_target(path: str | Path) -> Target:
     edges, contradicts itself (see `Target`), or states a size that its points do not have.
     """
     section = read_yaml(Path(path))
+    section.only(*_KEYS)
     if section.text("units") not in _METRES:
         raise section.fault("units", f"{section.text('units')!r} is not supported, only 'mm' and 'm'")
     scale = _METRES[section.text("units")]
@@ -247,6 +250,7 @@ def _as_pair(section: Section, key: str, names: tuple[str, ...]) -> tuple[str, s
 
 
 def _read_bar(section: Section) -> Bar:
+    section.only("name", "outer", "inner")
     return Bar(section.text("name"), _pair(section, "outer"), _pair(section, "inner"))
 
 
@@ -259,12 +263,8 @@ def _read_dimensions(section: Section) -> bool:
 
 def _check_sizes(section: Section, scale: float, bracket: Bracket) -> None:
     """Raise InputError where a stated size differs from the points'."""
-    measured = {
-        "long_base": np.array([bracket.long_base]),
-        "short_base": np.array([bracket.short_base]),
-        "height": bracket.heights,
-        "bar_width": bracket.bar_widths.ravel(),
-    }
+    given = ([bracket.long_base], [bracket.short_base], bracket.heights, bracket.bar_widths.ravel())
+    measured = {key: np.asarray(values) for key, values in zip(_SIZES, given, strict=True)}
     for key in measured.keys() & set(section):
         stated = scale * section.number(key)
         worst = measured[key][np.argmax(np.abs(measured[key] - stated))]

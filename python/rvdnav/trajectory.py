@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rvdnav.conventions import format_timestamp_s, parse_timestamp_s
 from rvdnav.errors import InputError
-from rvdnav.files import read_text, write_text_atomically
+from rvdnav.files import read_rows, write_text_atomically
 from rvdnav.pose.arrays import FloatArray, float_array
 from rvdnav.pose.so3 import make_T, quaternion_xyzw, rotation_from_quaternion_xyzw
 
@@ -72,9 +72,7 @@ def read_tum(path: str | Path) -> Truth:
     """
     stamps: list[int] = []
     poses: list[FloatArray] = []
-    for number, line in enumerate(read_text(Path(path)).splitlines(), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
+    for number, line in read_rows(Path(path)):
         try:
             timestamp_ns, pose = _parse_line(line.replace(",", " ").split())
             if stamps and timestamp_ns <= stamps[-1]:

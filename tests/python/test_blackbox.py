@@ -246,7 +246,9 @@ def test_what_is_no_black_box(box: Path, file: str, text: str, fault: str) -> No
         replay(box)
 
 
-@pytest.mark.parametrize(("key", "fault"), [("memory", "has other fields now"), ("rig", "none"), ("options", "none")])
+@pytest.mark.parametrize(
+    ("key", "fault"), [("memory", "has other fields now"), ("rig", "is no Rig"), ("options", "is no dict")]
+)
 def test_a_memory_of_another_kind_is_refused(box: Path, key: str, fault: str) -> None:
     path = box / "memory.json"
     data = json.loads(path.read_text())

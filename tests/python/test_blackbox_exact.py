@@ -113,9 +113,10 @@ def test_what_cannot_be_recorded(value: Any) -> None:
     ("data", "fault"),
     [
         ({}, "not a recorded value"),
-        ({"class": "os:PathLike", "fields": {}}, "not of this package"),
-        ({"class": "rvdnav.nowhere:X", "fields": {}}, "there is no rvdnav.nowhere:X"),
-        ({"class": "rvdnav.solution:TOTAL", "fields": {}}, "is no class"),
+        ({"class": "os:PathLike", "fields": {}}, "is no class that is recorded"),
+        ({"class": "rvdnav.nowhere:X", "fields": {}}, "is no class that is recorded"),
+        ({"class": "rvdnav.solution:TOTAL", "fields": {}}, "is no class that is recorded"),
+        ({"class": "rvdnav.faults.fault:Fault", "fields": {}}, "is no class that is recorded"),
         ({"class": "rvdnav.solution:Acquisition", "fields": {"score": 1.0}}, "has other fields now"),
         ({"class": "rvdnav.solution:Acquisition"}, "not a recorded class"),
         ({"enum": "rvdnav.solution:State", "member": "ASLEEP"}, "not a recorded enum"),

@@ -79,9 +79,9 @@ def test_a_plan_has_every_trial_once(tmp_path: Path) -> None:
         ("name: a\nsequences: [nowhere]\n", "nowhere: no such folder"),
         ("name: a\nscenarios: [nothing.yaml]\n", "nothing.yaml: no such file"),
         ("sequences: [.]\n", "name is missing"),
-        ("name: a\nsequences: [.]\nseed: 1\n", "seed is no key"),
+        ("name: a\nsequences: [.]\nseed: 1\n", "seed is not known; did you mean seeds"),
         ("name: a\nsequences: [.]\nseeds: [1.5]\n", "seeds is neither"),
-        ("name: a\nsequences: [.]\nseeds: {first: 0, count: 0}\n", "seeds is neither"),
+        ("name: a\nsequences: [.]\nseeds: {first: 0, count: 0}\n", "seeds.count is not a whole number from 1 to"),
         ("name: a\nsequences: [.]\nfaults: [blue:1]\n", "there is no fault 'blue'"),
     ],
 )

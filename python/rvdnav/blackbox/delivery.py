@@ -12,7 +12,7 @@ import attrs
 
 from rvdnav.conventions import parse_timestamp_ns
 from rvdnav.errors import InputError
-from rvdnav.files import read_text
+from rvdnav.files import plain_name, read_rows
 from rvdnav.images import Image, ImageError, read_png
 from rvdnav.sequence import CAMERAS, Frame
 
@@ -65,9 +65,7 @@ def read_frames(folder: Path) -> list[FrameRow]:
     """The frames of a black box in the order of arrival.  Raises InputError naming the file and line at fault."""
     path = folder / FRAMES
     rows = []
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
-        if not line.strip() or line.startswith("#"):
-            continue
+    for number, line in read_rows(path):
         try:
             rows.append(_parse(folder, line.split(",")))
         except ValueError as error:
@@ -81,7 +79,7 @@ def _parse(folder: Path, cells: list[str]) -> FrameRow:
     if len(cells) != 5:
         raise ValueError(f"not a row of {_HEADING[1:]}")
     left, right = (
-        ImageRow(parse_timestamp_ns(stamp), folder / camera / "data" / name) if name else None
+        ImageRow(parse_timestamp_ns(stamp), folder / camera / "data" / plain_name(name)) if name else None
         for camera, stamp, name in zip(CAMERAS, cells[1::2], cells[2::2], strict=True)
     )
     return FrameRow(parse_timestamp_ns(cells[0]), left, right)

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from rvdnav.errors import InputError
-from rvdnav.files import read_text
+from rvdnav.files import open_plain, plain_name, read_lines
 
 DIGESTS = "SHA256SUMS"
 
@@ -20,16 +20,21 @@ def write_digests(folder: Path) -> None:
 
 def check_digests(folder: Path) -> None:
     """Raise InputError naming the first file that is missing or not as it was written."""
-    for number, line in enumerate(read_text(folder / DIGESTS).splitlines(), start=1):
+    for number, line in read_lines(folder / DIGESTS):
         digest, separator, name = line.partition("  ")
         if not separator:
             raise InputError(f"{folder / DIGESTS}: line {number}: not a digest and a file name")
-        path = folder / name
-        if not path.is_file():
-            raise InputError(f"{path}: no such file")
+        try:
+            path = folder.joinpath(*map(plain_name, name.split("/")))
+        except ValueError as error:
+            raise InputError(f"{folder / DIGESTS}: line {number}: {error}") from error
         if _digest(path) != digest:
             raise InputError(f"{path}: is not as it was recorded (digest)")
 
 
 def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = hashlib.sha256()
+    with open_plain(path) as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()

@@ -10,13 +10,22 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Callable
-from importlib import import_module
-from typing import Any
+from functools import cache
+from typing import Any, TypeVar
 
 import attrs
 import numpy as np
 from numpy.typing import NDArray
 
+from rvdnav.navigator.memory import Memory
+from rvdnav.rig import Rig
+from rvdnav.solution import Solution
+from rvdnav.target import Target
+from rvdnav.typed import check_type, classes_within
+
+_Kind = TypeVar("_Kind")
+_RECORDED = (Memory, Rig, Target, Solution)
+"""With what they carry, the classes that a record may name: reading it makes no others."""
 _PACKAGE = "rvdnav."
 _NUMBERS = "biuf"
 """Kinds of numpy's types that are understood: truth values, whole numbers, floating-point numbers."""
@@ -61,9 +70,22 @@ def from_json(data: Any) -> Any:
         if tag in data:
             try:
                 return read(data)
-            except (AttributeError, KeyError, TypeError) as error:
+            except (AttributeError, KeyError, OverflowError, TypeError) as error:
                 raise ValueError(f"not a recorded {tag}: {error}") from error
     raise ValueError(f"not a recorded value: {str(data)[:60]}")
+
+
+def restored(data: Any, kind: type[_Kind]) -> _Kind:
+    """The value of that class that `to_json` gave.
+
+    Raises ValueError unless it is one, everything that it carries is of the annotated type, and the constructors of all
+    its parts accept them.
+    """
+    value = from_json(data)
+    if not isinstance(value, kind):
+        raise ValueError(f"is no {kind.__name__}")
+    check_type(value, kind, kind.__name__)
+    return value
 
 
 def _float_to_json(value: float) -> Any:
@@ -106,9 +128,11 @@ def _instance(data: dict[str, Any]) -> Any:
     fields = data["fields"]
     if not attrs.has(cls) or fields.keys() != {field.name for field in attrs.fields(cls)}:
         raise ValueError(f"{data['class']} has other fields now")
+    values = {name: from_json(value) for name, value in fields.items()}
+    cls(**{field.alias: values[field.name] for field in attrs.fields(cls) if field.init})  # for its checks alone
     instance = object.__new__(cls)
-    for name, value in fields.items():
-        object.__setattr__(instance, name, from_json(value))
+    for name, value in values.items():
+        object.__setattr__(instance, name, value)
     return instance
 
 
@@ -127,17 +151,17 @@ def _name(cls: type) -> str:
     return name
 
 
+@cache
+def _classes() -> dict[str, type]:
+    """Those that a record may name."""
+    found = {cls for kind in _RECORDED for cls in classes_within(kind)}
+    return {f"{cls.__module__}:{cls.__qualname__}": cls for cls in found if cls.__module__.startswith(_PACKAGE)}
+
+
 def _find(name: str) -> type:
-    module, _, qualname = name.partition(":")
-    if not module.startswith(_PACKAGE):
-        raise ValueError(f"{name} is not of this package")
-    try:
-        found = getattr(import_module(module), qualname)
-    except ImportError as error:
-        raise ValueError(f"there is no {name}") from error
-    if not isinstance(found, type):
-        raise ValueError(f"{name} is no class")
-    return found
+    if name not in _classes():
+        raise ValueError(f"{name} is no class that is recorded")
+    return _classes()[name]
 
 
 _READERS: dict[str, Callable[[dict[str, Any]], Any]] = {

@@ -13,8 +13,9 @@ from rvdnav.blackbox.delivery import read_frames
 from rvdnav.blackbox.digests import check_digests
 from rvdnav.blackbox.folder import MEMORY, Origin
 from rvdnav.blackbox.versions import check_versions, other_surroundings
-from rvdnav.errors import InputError
-from rvdnav.files import read_text
+from rvdnav.errors import CoreError, InputError
+from rvdnav.files import read_lines, read_text
+from rvdnav.jsonio import parse_object
 from rvdnav.navigator import Navigator
 from rvdnav.navigator.memory import Memory
 from rvdnav.output import SOLUTIONS
@@ -22,6 +23,7 @@ from rvdnav.rig import Rig
 from rvdnav.target import Target
 
 _WALL_TIMES = "stage_times_s"
+_LARGEST_MEMORY = 16 << 20
 
 
 @attrs.frozen
@@ -52,16 +54,15 @@ def replay(folder: str | Path) -> Replay:
     """
     folder = Path(folder)
     path = folder / MEMORY
-    data = _parsed(path, read_text(path))
+    data = _parsed(path, read_text(path, _LARGEST_MEMORY))
     check_versions(path, data.get("versions"))
     check_digests(folder)
     origin, memory = _restored(path, data)
     rows = read_frames(folder)
-    lines = read_text(folder / SOLUTIONS).splitlines()
+    lines = [line for _, line in read_lines(folder / SOLUTIONS)]
     if len(lines) != len(rows):
         raise InputError(f"{folder / SOLUTIONS}: holds {len(lines)} solutions for {len(rows)} frames")
-    navigator = Navigator(origin.rig, origin.target, **origin.options)
-    navigator.memory = memory
+    navigator = _navigator(path, origin, memory)
     for index, (row, line) in enumerate(zip(rows, lines, strict=True)):
         recorded = _parsed(folder / SOLUTIONS, line)
         replayed = json.loads(json.dumps(navigator.process(row.read()).to_json()))
@@ -76,24 +77,32 @@ def replay(folder: str | Path) -> Replay:
 
 def _parsed(path: Path, text: str) -> dict[str, Any]:
     try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not JSON: {error}") from error
-    if not isinstance(data, dict):
-        raise InputError(f"{path}: not an object")
-    return data
+        return parse_object(text)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _restored(path: Path, data: dict[str, Any]) -> tuple[Origin, Memory]:
-    values = {}
+    values: dict[str, Any] = {}
     for name, kind in (("rig", Rig), ("target", Target), ("options", dict), ("memory", Memory)):
         try:
-            values[name] = exact.from_json(data[name])
+            values[name] = exact.restored(data[name], kind)
         except (KeyError, ValueError) as error:
             raise InputError(f"{path}: {name}: {error}") from error
-        if not isinstance(values[name], kind):
-            raise InputError(f"{path}: {name} is none")
     return Origin(values["rig"], values["target"], values["options"]), values["memory"]
+
+
+def _navigator(path: Path, origin: Origin, memory: Memory) -> Navigator:
+    """As it was when the record begins."""
+    try:
+        navigator = Navigator(origin.rig, origin.target, **origin.options)
+    except (CoreError, InputError, OverflowError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: options: {error}") from error
+    try:
+        navigator.memory = memory
+    except ValueError as error:
+        raise InputError(f"{path}: memory: {error}") from error
+    return navigator
 
 
 def _first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str, str, str] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from rvdnav.files import read_text
 from rvdnav.yamlio import Section, read_yaml
 
 NO_FAULT = "none"
+_MOST_TRIALS = 100_000
+_LARGEST_SEED = 2**53
 
 
 @attrs.frozen
@@ -54,7 +57,12 @@ class Trial:
 
     def parsed_faults(self) -> list[Fault]:
         """The faults to be injected.  Raises InputError for one that there is not."""
-        return [] if self.faults == NO_FAULT else [parse_fault(fault) for fault in self.faults.split()]
+        return parse_faults(self.faults)
+
+
+def parse_faults(text: str) -> list[Fault]:
+    """The faults of a text that joins them by blanks; none for NO_FAULT.  Raises InputError for one there is not."""
+    return [] if text == NO_FAULT else [parse_fault(fault) for fault in text.split()]
 
 
 @attrs.frozen
@@ -85,29 +93,30 @@ def load_plan(path: str | Path) -> Plan:
     """
     section = read_yaml(Path(path))
     folder = Path(path).parent
-    unknown = set(section) - {"name", "sequences", "scenarios", "seeds", "faults"}
-    if unknown:
-        raise section.fault(sorted(unknown)[0], "is no key of a campaign")
+    section.only("name", "sequences", "scenarios", "seeds", "faults")
     sequences = [folder / text for text in section.texts("sequences")] if "sequences" in section else []
     scenarios = [folder / text for text in section.texts("scenarios")] if "scenarios" in section else []
     if not sequences and not scenarios:
         raise InputError(f"{path}: neither sequences nor scenarios")
     for place in [*sequences, *scenarios]:
-        if not place.exists():
+        if not os.path.exists(place):
             raise InputError(f"{path}: {place}: no such {'folder' if place in sequences else 'file'}")
     seeds = _read_seeds(section)
     faults = section.texts("faults") if "faults" in section else (NO_FAULT,)
+    places, faults = dict.fromkeys([*sequences, *scenarios]), tuple(dict.fromkeys(" ".join(f.split()) for f in faults))
+    if len(places) * len(faults) * len(seeds) > _MOST_TRIALS:
+        raise InputError(f"{path}: more than {_MOST_TRIALS} trials")
+    contents = {place: hashlib.sha256(read_text(place).encode()).hexdigest() for place in scenarios}
     trials = []
-    for fault in dict.fromkeys(" ".join(fault.split()) for fault in faults):
+    for fault in faults:
         for place in dict.fromkeys(sequences):
             for seed in seeds[:1] if fault == NO_FAULT else seeds:
                 trials.append(Trial(Source(place), fault, seed))
-        for place in dict.fromkeys(scenarios):
-            content = hashlib.sha256(read_text(place).encode()).hexdigest()
+        for place, content in contents.items():
             trials += [Trial(Source(place, seed, content), fault, seed) for seed in seeds]
     try:
-        for trial in trials:
-            trial.parsed_faults()
+        for fault in faults:
+            parse_faults(fault)
     except InputError as error:
         raise InputError(f"{path}: faults: {error}") from error
     return Plan(section.text("name"), tuple(trials))
@@ -117,12 +126,14 @@ def _read_seeds(section: Section) -> list[int]:
     if "seeds" not in section:
         return [0]
     if isinstance(section.values["seeds"], dict):
-        numbers = [section.section("seeds").number(key) for key in ("first", "count")]
-        seeds = [int(numbers[0]) + i for i in range(int(numbers[1]))]
-    else:
-        values = section.values["seeds"]
-        numbers = section.numbers("seeds", len(values) if isinstance(values, list) else 1).tolist()
-        seeds = [int(number) for number in numbers]
-    if any(number != int(number) or number < 0 for number in numbers) or not seeds:
-        raise section.fault("seeds", "is neither a list of whole numbers from 0 on nor {first, count}")
-    return list(dict.fromkeys(seeds))
+        numbers = section.section("seeds")
+        numbers.only("first", "count")
+        first = numbers.whole("first", 0, _LARGEST_SEED)
+        return list(range(first, first + numbers.whole("count", 1, _MOST_TRIALS)))
+    values = section.values["seeds"]
+    seeds = section.numbers("seeds", len(values) if isinstance(values, list) else 1).tolist()
+    if not seeds or any(seed != int(seed) or not 0 <= seed <= _LARGEST_SEED for seed in seeds):
+        raise section.fault(
+            "seeds", f"is neither a list of whole numbers from 0 to {_LARGEST_SEED} nor {{first, count}}"
+        )
+    return [int(seed) for seed in dict.fromkeys(values)]

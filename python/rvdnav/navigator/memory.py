@@ -5,9 +5,10 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from rvdnav.conventions import check_rigid
 from rvdnav.navigator.sizes import Sizes
 from rvdnav.pose import FilterState
-from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose.arrays import FloatArray, IntArray, float_array
 from rvdnav.solution import State
 
 
@@ -40,3 +41,20 @@ class Memory:
         """Of a navigator that has seen nothing yet."""
         unknown = np.zeros((cameras, edges), np.int64)
         return cls(State.SEARCHING, None, None, 0, unknown, (None,) * cameras, np.zeros((6, 6)))
+
+    def check_fits(self, cameras: int, edges: int) -> None:
+        """Raise ValueError unless its arrays are those of a navigator with so many cameras and edges, and finite."""
+        blank = Memory.blank(cameras, edges)
+        if self.polarity.shape != blank.polarity.shape or len(self.image_digests) != cameras:
+            raise ValueError("is of another number of cameras or edges")
+        float_array(self.lasting_part, 6, 6)
+        if self.initial_pose is not None:
+            check_rigid(self.initial_pose)
+        if self.filter_state is not None:
+            check_rigid(self.filter_state.T)
+            float_array(self.filter_state.velocity, 6)
+            float_array(self.filter_state.covariance, 12, 12)
+        if self.sizes is not None:
+            float_array(self.sizes.vector, 6)
+            for matrix in (self.sizes.information, self.sizes.common):
+                float_array(matrix, 6, 6)

@@ -71,12 +71,16 @@ class Navigator:
 
     @property
     def memory(self) -> Memory:
-        """What it carries to the next frame; set it to go on where another navigator left off."""
+        """What it carries to the next frame; set it to go on where another navigator left off.
+
+        Setting it raises ValueError where it is of another number of cameras or edges.
+        """
         sizes = None if self._sizing is None else self._sizing.sizes
         return attrs.evolve(self._memory, filter_state=self._filter.state, sizes=sizes)
 
     @memory.setter
     def memory(self, memory: Memory) -> None:
+        memory.check_fits(len(self._rig.cameras), len(self._model))
         self._memory = memory
         self._filter.state = memory.filter_state
         if self._sizing is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
-from rvdnav.errors import InputError
+from rvdnav.errors import InputError, one_line
 from rvdnav.files import write_text_atomically
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.so3 import inverse_T
@@ -21,20 +21,29 @@ from rvdnav.yamlio import Section, read_yaml
 CAMCHAIN = "camchain.yaml"
 RIG = "rig.yaml"
 _COVARIANCE = "calibration_covariance"
+_CAMERA_KEYS = ("camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1")
+_OTHERS_KEYS = ("rostopic", "cam_overlaps", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu", "line_delay")
+"""What Kalibr and those who read its files write besides; no concern of ours."""
 
 
-def load_rig(folder: str | Path) -> Rig:
+def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     """The rig that `camchain.yaml` (Kalibr; pinhole with radtan) and, if it is there, `rig.yaml` of a folder describe.
 
     Without `rig.yaml` the world of two cameras is derived (`world_from_camchain`), that of one is its own frame, and
-    the calibration's covariance is not known.
-    Raises InputError naming the file when it is missing or malformed, holds a model other than ours, or no usable rig,
-    or when the two files disagree by more than 1e-6.
+    the calibration's covariance is not known.  Keys of `camchain.yaml` that nobody knows are told to `notices`.
+    Raises InputError naming the file when it is missing or malformed, holds a model other than ours, no usable rig,
+    or a key that looks mistyped, or when the two files disagree by more than 1e-6.
     """
     chain = read_yaml(Path(folder) / CAMCHAIN)
     if len([key for key in chain if re.fullmatch("cam[0-9]+", key)]) > 2:
         raise InputError(f"{chain.path}: more than two cameras")
+    unknown = chain.others("cam0", "cam1")
     names = ["cam0", "cam1"] if "cam1" in chain else ["cam0"]
+    for name in names:
+        section = chain.section(name)
+        unknown += [f"{name}.{key}" for key in section.others(*_CAMERA_KEYS, *_OTHERS_KEYS)]
+    if notices is not None:
+        notices += [f"{CAMCHAIN}: {key} is not known and not read" for key in map(one_line, unknown)]
     cameras = [_read_camera(chain.section(name)) for name in names]
     derived: tuple[FloatArray, ...] = (np.eye(4),)
     if len(cameras) == 2:
@@ -47,6 +56,7 @@ def load_rig(folder: str | Path) -> Rig:
     if not (chain.path.parent / RIG).exists():
         return Rig(cameras, derived)
     placed = read_yaml(chain.path.parent / RIG)
+    placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE)
     T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
     if len(cameras) == 2:
         _check_agreement(placed.path, T_world_cam, derived)
@@ -80,6 +90,7 @@ def _with_covariance(rig: Rig, placed: Section) -> Rig:
     if _COVARIANCE not in placed:
         return rig
     section = placed.section(_COVARIANCE)
+    section.only("parameters", "matrix")
     names = calibration_parameters(len(rig.cameras))
     given = section.texts("parameters")
     if len(given) != len(names):

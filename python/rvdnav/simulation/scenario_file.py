@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,12 @@ from rvdnav.simulation.solids import box_target, bracket_target
 from rvdnav.target import Target, load_target
 from rvdnav.yamlio import Section, read_yaml
 
+_KEYS = (
+    *("name", "seed", "frames", "rate_hz", "rig", "target", "motion"),
+    *("lights", "background", "sensor", "samples_per_pixel"),
+)
+_MOST_FRAMES = 20_000
+_MOST_SAMPLES = 1 << 16
 _BRACKET_MM = ("long_base_mm", "short_base_mm", "height_mm", "bar_width_mm", "bar_thickness_mm")
 _COURSES = {"x_m": 1.0, "y_m": 1.0, "z_m": 1.0} | {f"{angle}_deg": math.pi / 180 for angle in ("phi", "theta", "psi")}
 _SENSOR = {
@@ -38,20 +45,7 @@ def load_scenario(path: str | Path) -> Scenario:
     faults of the rig's and the target's files.
     """
     file = read_yaml(Path(path))
-    _known(
-        file,
-        "name",
-        "seed",
-        "frames",
-        "rate_hz",
-        "rig",
-        "target",
-        "motion",
-        "lights",
-        "background",
-        "sensor",
-        "samples_per_pixel",
-    )
+    file.only(*_KEYS)
     settings: dict[str, Any] = {}
     if "lights" in file:
         settings["lights"] = _lights(file.section("lights"))
@@ -60,7 +54,7 @@ def load_scenario(path: str | Path) -> Scenario:
     if "sensor" in file:
         settings["sensor"] = _sensor(file.section("sensor"))
     if "samples_per_pixel" in file:
-        settings["samples"] = _whole(file, "samples_per_pixel", 1)
+        settings["samples"] = file.whole("samples_per_pixel", 1, _MOST_SAMPLES)
     rate = file.number("rate_hz")
     if rate < 1e-3:
         raise file.fault("rate_hz", "is less than 0.001")
@@ -68,8 +62,8 @@ def load_scenario(path: str | Path) -> Scenario:
     try:
         return Scenario(
             name=file.text("name"),
-            seed=_whole(file, "seed", 0),
-            frames=_whole(file, "frames", 1),
+            seed=file.whole("seed", 0, 2**63 - 1),
+            frames=file.whole("frames", 1, _MOST_FRAMES),
             rate=rate,
             rig=rig,
             target=target,
@@ -80,30 +74,17 @@ def load_scenario(path: str | Path) -> Scenario:
         raise InputError(f"{path}: {error}") from error
 
 
-def _known(section: Section, *keys: str) -> None:
-    for key in section:
-        if key not in keys:
-            raise section.fault(key, f"is not known; the keys are {', '.join(keys)}")
-
-
 def _one_of(section: Section, keys: Collection[str]) -> str:
-    _known(section, *keys)
+    section.only(*keys)
     given = [key for key in keys if key in section]
     if len(given) != 1:
         raise InputError(f"{section.path}: {section.prefix[:-1]} needs exactly one of {', '.join(keys)}")
     return given[0]
 
 
-def _whole(section: Section, key: str, least: int) -> int:
-    value = section.number(key)
-    if value != int(value) or value < least:
-        raise section.fault(key, f"is not a whole number from {least} on")
-    return int(value)
-
-
 def _rig(file: Section) -> Any:
     folder = file.path.parent / file.text("rig")
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise file.fault("rig", f"{str(folder)!r} is not a folder with a camchain.yaml")
     return load_rig(folder)
 
@@ -117,16 +98,16 @@ def _target(file: Section) -> Target:
     name = file.text("name")
     try:
         if kind == "bracket":
-            _known(sizes, *_BRACKET_MM)
+            sizes.only(*_BRACKET_MM)
             return bracket_target(name, *(1e-3 * sizes.number(key) for key in _BRACKET_MM))
-        _known(sizes, "size_mm")
+        sizes.only("size_mm")
         return box_target(name, 1e-3 * sizes.numbers("size_mm", 3))
     except ValueError as error:
         raise section.fault(kind, f"is impossible: {error}") from error
 
 
 def _motion(section: Section) -> Motion:
-    _known(section, *_COURSES)
+    section.only(*_COURSES)
     if "x_m" not in section:
         raise section.fault("x_m", "is missing")
     courses = {key.rsplit("_", 1)[0]: _course(section, key, unit) for key, unit in _COURSES.items() if key in section}
@@ -138,7 +119,7 @@ def _course(section: Section, key: str, unit: float) -> Course:
         value = unit * section.number(key)
         return Course(value, value)
     course = section.section(key)
-    _known(course, "start", "end", "ease", "amplitude", "period_s", "phase_deg")
+    course.only("start", "end", "ease", "amplitude", "period_s", "phase_deg")
     start = course.number("start")
     values = {name: course.number(name) for name in course}
     if not 0.0 <= values.get("ease", 0.0) <= 1.0:
@@ -158,7 +139,7 @@ def _course(section: Section, key: str, unit: float) -> Course:
 
 
 def _lights(section: Section) -> Lights:
-    _known(section, "led", "sun", "ambient", "towards_sun_W")
+    section.only("led", "sun", "ambient", "towards_sun_W")
     values: dict[str, Any] = {key: _not_negative(section, key) for key in ("led", "sun", "ambient") if key in section}
     if "towards_sun_W" in section:
         values["towards_sun_W"] = _direction(section, "towards_sun_W")
@@ -171,7 +152,7 @@ def _lights(section: Section) -> Lights:
 
 
 def _background(section: Section) -> dict[str, Any]:
-    _known(section, "kind", "nadir_W", "distance_m")
+    section.only("kind", "nadir_W", "distance_m")
     kinds = [kind.value for kind in Background]
     if section.text("kind") not in kinds:
         raise section.fault("kind", f"{section.text('kind')!r} is none of {', '.join(kinds)}")
@@ -189,7 +170,7 @@ def _background(section: Section) -> dict[str, Any]:
 
 
 def _sensor(section: Section) -> Sensor:
-    _known(section, *_SENSOR)
+    section.only(*_SENSOR)
     values = {_SENSOR[key]: _not_negative(section, key) for key in section}
     if values.get("level", 1.0) < 1.0:
         raise section.fault("level_dn", "is less than 1")
