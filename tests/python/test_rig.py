@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import attrs
 import cv2
@@ -161,6 +162,46 @@ def test_round_trip_through_files(tmp_path: Path) -> None:
         assert loaded.cameras == rig.cameras
         np.testing.assert_allclose(loaded.T_world_cam, rig.T_world_cam, atol=1e-15)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["camchain.yaml", "rig.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("timing", "delays"),
+    [
+        ({"exposure_ns": 5_000_000}, [0, 0, 0, 0]),
+        ({"line_delay_ns": 30_000}, [0, 30_000, 60_000, 90_000]),
+        ({"scan": "top_field_first", "field_delay_ns": 20_000_000}, [0, 20_000_000, 0, 20_000_000]),
+        ({"scan": "bottom_field_first", "field_delay_ns": 7_000, "line_delay_ns": 64}, [7_000, 0, 7_064, 64]),
+    ],
+)
+def test_the_timing_of_rows(tmp_path: Path, timing: dict[str, Any], delays: list[int]) -> None:
+    rig = attrs.evolve(STEREO, **timing)
+    assert rig.row_delays_ns[:4].tolist() == delays
+    assert len(rig.row_delays_ns) == rig.height
+    save_rig(rig, tmp_path)
+    loaded = load_rig(tmp_path)
+    for key in ("exposure_ns", "line_delay_ns", "scan", "field_delay_ns"):
+        assert getattr(loaded, key) == getattr(rig, key) == timing.get(key, getattr(STEREO, key))
+    assert rig.perturbed(np.zeros(22)).row_delays_ns[:4].tolist() == delays
+
+
+@pytest.mark.parametrize(
+    ("line", "fault"),
+    [
+        ("scan: interlaced", "scan 'interlaced' is none of progressive, top_field_first, bottom_field_first"),
+        ("scan: [progressive]", "scan is not a text"),
+        ("exposure_ns: 1.5", "exposure_ns is not a whole number from 0 to 1000000000"),
+        ("line_delay_ns: -1", "line_delay_ns is not a whole number from 0"),
+        ("exposure_ns: 1e30", "exposure_ns is not a whole number from 0"),
+        ("field_delay_ns: 5", "field_delay_ns belongs to an interlaced scan"),
+    ],
+)
+def test_timings_that_are_none(tmp_path: Path, line: str, fault: str) -> None:
+    save_rig(STEREO, tmp_path)
+    with (tmp_path / "rig.yaml").open("a") as file:
+        file.write(f"{line}\n")
+    with pytest.raises(InputError, match=fault) as caught:
+        load_rig(tmp_path)
+    assert "rig.yaml" in str(caught.value)
 
 
 def test_rig_yaml_is_optional(tmp_path: Path) -> None:

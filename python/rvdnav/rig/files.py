@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
@@ -16,6 +17,7 @@ from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.so3 import inverse_T
 from rvdnav.rig.covariance import calibration_parameters
 from rvdnav.rig.rig import AGREEMENT, Rig, world_from_camchain
+from rvdnav.rig.timing import LONGEST_NS, SCANS
 from rvdnav.yamlio import Section, read_yaml
 
 CAMCHAIN = "camchain.yaml"
@@ -24,6 +26,7 @@ _COVARIANCE = "calibration_covariance"
 _CAMERA_KEYS = ("camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1")
 _OTHERS_KEYS = ("rostopic", "cam_overlaps", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu", "line_delay")
 """What Kalibr and those who read its files write besides; no concern of ours."""
+_DURATIONS = ("exposure_ns", "line_delay_ns", "field_delay_ns")
 
 
 def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
@@ -56,11 +59,11 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     if not (chain.path.parent / RIG).exists():
         return Rig(cameras, derived)
     placed = read_yaml(chain.path.parent / RIG)
-    placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE)
+    placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE, "scan", *_DURATIONS)
     T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
     if len(cameras) == 2:
         _check_agreement(placed.path, T_world_cam, derived)
-    return _with_covariance(Rig(cameras, T_world_cam), placed)
+    return _with_timing(_with_covariance(Rig(cameras, T_world_cam), placed), placed)
 
 
 def _read_camera(section: Section) -> CameraModel:
@@ -105,6 +108,18 @@ def _with_covariance(rig: Rig, placed: Section) -> Rig:
         raise section.fault("matrix", f"is not a covariance: {error}") from error
 
 
+def _with_timing(rig: Rig, placed: Section) -> Rig:
+    timing: dict[str, Any] = {key: placed.whole(key, 0, LONGEST_NS) for key in _DURATIONS if key in placed}
+    if "scan" in placed:
+        timing["scan"] = placed.text("scan")
+        if timing["scan"] not in SCANS:
+            raise placed.fault("scan", f"{timing['scan']!r} is none of {', '.join(SCANS)}")
+    try:
+        return attrs.evolve(rig, **timing)
+    except ValueError as error:
+        raise InputError(f"{placed.path}: {error}") from error
+
+
 def _check_agreement(path: Path, given: list[FloatArray], derived: tuple[FloatArray, ...]) -> None:
     relative = np.abs(inverse_T(given[1]) @ given[0] - inverse_T(derived[1]) @ derived[0]).max()
     if relative > AGREEMENT:
@@ -143,6 +158,9 @@ def save_rig(rig: Rig, folder: str | Path) -> None:
             "  matrix:",
             *_matrix_lines(rig.calibration_covariance, "  "),
         ]
+    if rig.scan != "progressive":
+        placed.append(f"scan: {rig.scan}")
+    placed += [f"{key}: {getattr(rig, key)}" for key in _DURATIONS if getattr(rig, key)]
     write_text_atomically(Path(folder) / CAMCHAIN, "\n".join([*chain, ""]))
     write_text_atomically(Path(folder) / RIG, "\n".join([*placed, ""]))
 

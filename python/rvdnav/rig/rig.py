@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
+from typing import Any
 
 import attrs
 import numpy as np
@@ -10,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
-from rvdnav.pose.arrays import BoolArray, FloatArray, float_array
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray, float_array
 from rvdnav.pose.so3 import exp, inverse_T, make_T
 from rvdnav.rig.covariance import CAMERA_PARAMETERS, calibration_covariance, calibration_parameters
+from rvdnav.rig.timing import LONGEST_NS, SCANS, row_delays_ns
 
 MIN_BASELINE_M = 1e-3
 """Below this two camera centres count as one."""
@@ -38,6 +41,15 @@ def _same_covariance(a: FloatArray | None, b: FloatArray | None) -> bool:
     return a is b if a is None or b is None else np.array_equal(a, b)
 
 
+def _duration(_: Any, attribute: attrs.Attribute[Any], value: int) -> None:
+    if not 0 <= value <= LONGEST_NS:
+        raise ValueError(f"{attribute.name} is not from 0 to {LONGEST_NS} ns")
+
+
+def _duration_field() -> Any:
+    return attrs.field(default=0, converter=operator.index, validator=_duration)
+
+
 @attrs.frozen
 class Rig:
     """One camera, or a stereo pair with the left camera first.
@@ -45,17 +57,24 @@ class Rig:
     cameras: the models, of one image size.  T_world_cam: for each the transform (4, 4) from its frame to W, m.
     With two cameras W has its origin in the right camera's centre and z_W towards the left one's.
     calibration_covariance: of the parameters of `calibration_parameters` (8, 8) or (22, 22), where it is known.
+    exposure_ns: of a row.  line_delay_ns: from a row to the next one of its field.  scan: one of `SCANS`.
+    field_delay_ns: from the first row of the first field to the first one of the second.  An image's stamp is the
+    middle of the exposure of the row that is exposed first; all cameras are alike in this.
 
     The rectified frame of a camera has its centre and the axes of `R_world_rect`, the focal length `focal_rect`, and
     coordinates in px relative to its principal point.
 
-    Raises ValueError when the sizes differ, a transform is not rigid, two cameras do not form a stereo pair in W, or
-    the covariance is none.
+    Raises ValueError when the sizes differ, a transform is not rigid, two cameras do not form a stereo pair in W, the
+    covariance is none, or the rows' timing makes no sense.
     """
 
     cameras: tuple[CameraModel, ...] = attrs.field(converter=_cameras)
     T_world_cam: tuple[FloatArray, ...] = attrs.field(converter=_transforms, eq=attrs.cmp_using(eq=_same_transforms))
     calibration_covariance: FloatArray | None = attrs.field(default=None, eq=attrs.cmp_using(eq=_same_covariance))
+    exposure_ns: int = _duration_field()
+    line_delay_ns: int = _duration_field()
+    scan: str = attrs.field(default="progressive", validator=attrs.validators.in_(SCANS))
+    field_delay_ns: int = _duration_field()
 
     def __attrs_post_init__(self) -> None:
         if len(self.cameras) not in (1, 2):
@@ -67,6 +86,8 @@ class Rig:
         if self.calibration_covariance is not None:
             checked = calibration_covariance(self.calibration_covariance, len(self.cameras))
             object.__setattr__(self, "calibration_covariance", checked)
+        if self.field_delay_ns and self.scan == "progressive":
+            raise ValueError("field_delay_ns belongs to an interlaced scan")
 
     def _check_stereo(self) -> None:
         left, right = self.cameras
@@ -103,6 +124,11 @@ class Rig:
     def height(self) -> int:
         """Of the images, px."""
         return self.cameras[0].height
+
+    @property
+    def row_delays_ns(self) -> IntArray:
+        """Middle of each raw row's exposure (height,) after the image's stamp, ns."""
+        return row_delays_ns(self.height, self.scan, self.line_delay_ns, self.field_delay_ns)
 
     @property
     def focal_rect(self) -> float:
