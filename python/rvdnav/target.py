@@ -20,6 +20,10 @@ __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
 _SIZES = ("long_base", "short_base", "height", "bar_width")
 _KEYS = ("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edges", "faces", *_SIZES)
+
+UNSTATED_TOLERANCE = 3e-4
+"""Standard deviation of a point's coordinates where the file says nothing, m: a thing measured with calipers."""
+
 _METRES = {"m": 1.0, "mm": 1e-3}
 _MIN_SEPARATION_M = 1e-6
 _EXAMPLE = Trapezoid(0.2, 0.1, 0.15, 0.015, 0.015, 0.015)
@@ -73,6 +77,8 @@ class Target:
     points: name -> position (3,), m in C.  lines: name -> names of the two ends.  bars, and their thickness towards
     +x_C, m.  edges: further straight edges, by their ends.  faces: planar polygons, counter-clockwise from outside.
     dimensions_known: whether the points are the true sizes or merely an example of the shape.
+    tolerance: name -> standard deviation of each coordinate of a point, m; None where nobody said, then
+    `UNSTATED_TOLERANCE` stands for it.
 
     Raises ValueError for points that coincide or are all collinear, names that no point has, ends that are the same,
     faces that are not planar, a thickness that is negative, and a bracket that is none.
@@ -86,6 +92,7 @@ class Target:
     edges: tuple[tuple[str, str], ...] = attrs.field(default=(), converter=_edges)
     faces: tuple[tuple[str, ...], ...] = attrs.field(default=(), converter=_faces)
     dimensions_known: bool = True
+    tolerance: dict[str, float] | None = attrs.field(default=None, converter=attrs.converters.optional(dict))
     bracket: Bracket | None = attrs.field(init=False, eq=False, repr=False)
     """The four-bar bracket that lines l1..l4 and the bars along them form, or None for any other target."""
 
@@ -100,6 +107,16 @@ class Target:
             return None
         outer, inner = _bracket_names(self.lines, self.bars)
         return Bracket([self.points[name] for name in outer], [self.points[name] for name in inner], self.bar_thickness)
+
+    @property
+    def bracket_names(self) -> tuple[str, ...]:
+        """Names of P1..P4 and Q1..Q4.  Raises ValueError for a target that is no four-bar bracket."""
+        outer, inner = _bracket_names(self.lines, self.bars)
+        return (*outer, *inner)
+
+    def point_sigma(self, name: str) -> float:
+        """Standard deviation of each coordinate of a point, m."""
+        return UNSTATED_TOLERANCE if self.tolerance is None else self.tolerance[name]
 
     def resized(self, shape: Trapezoid) -> Target:
         """The same bracket with these sizes, as known ones; where its bars have no thickness, with half of their width

@@ -17,6 +17,7 @@ from rvdnav.errors import InputError
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.pose import LineMeasurements, PoseError, line_residuals, refine_pose_lines, triangulate
@@ -100,7 +101,9 @@ def check_rig(sequence: Sequence) -> RigCheck:
     if bracket is None or not target.dimensions_known:
         raise InputError(f"{sequence.path / 'target.yaml'}: a check needs a four-bar bracket of known dimensions")
     model = EdgeModel.of_bracket(bracket)
-    surveyor = Surveyor(Core(rig, target), rig, model, NavigatorSettings())
+    knowledge = Knowledge(rig, model)
+    surveyor = Surveyor(Core(rig, target), rig, model, knowledge, NavigatorSettings())
+    learned = Learned.nothing(knowledge.lasting)
     effect = CalibrationEffect.of(rig)
     indices = sorted({int(i) for i in np.linspace(0, len(sequence) - 1, min(MAX_FRAMES, len(sequence))).round()})
     found = []
@@ -108,7 +111,7 @@ def check_rig(sequence: Sequence) -> RigCheck:
         frame = sequence[index]
         if frame.left is None or frame.right is None:
             continue
-        attempt = surveyor.acquire((frame.left.pixels, frame.right.pixels), None, {})
+        attempt = surveyor.acquire((frame.left.pixels, frame.right.pixels), None, learned, {})
         if attempt.measurement is not None:
             # Refused ones count too: it may be the rig that is wrong about them.
             evidence = _evidence(attempt.measurement.pose.T_world_target, attempt.measurement.lines, effect, bracket)

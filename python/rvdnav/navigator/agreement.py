@@ -10,37 +10,37 @@ from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.one_view import one_view_pose
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.pose.loss import Loss
 from rvdnav.rig import Rig
 from rvdnav.target import Bracket
 
 
-def view_difference(measurement: Measurement, rig: Rig, calibration_sigma: float, loss: Loss = "huber") -> float:
+def view_difference(measurement: Measurement, rig: Rig, loss: Loss = "huber") -> float:
     """Distance between the pose that the left view's lines give alone and the right one's, in standard deviations.
 
     The refinement over both views gives up lines that contradict the others, and so can follow one view and the
-    disparity into a pose that the other view denies.  Here each view stands by itself.  calibration_sigma, rad: what
-    the calibration of a camera may err, of the attitude and of the position as a part of the range.  loss: as of
-    `one_view_pose`.  0 where a view determines no pose by itself.
+    disparity into a pose that the other view denies.  Here each view stands by itself, with the errors of target and
+    calibration that were to be expected before this frame.  loss: as of `one_view_pose`.  0 where a view determines no
+    pose by itself.
     """
     cameras = rectified_cameras(rig)
     T, lines = measurement.pose.T_world_target, measurement.lines
     views: list[RefinedPose] = []
     try:
         for camera in range(len(rig.cameras)):
-            views.append(one_view_pose(T, _of_camera(lines, camera), cameras, loss))
+            chosen = lines.camera == camera
+            systematics = measurement.systematics.only(chosen)
+            views.append(one_view_pose(T, _chosen(lines, chosen), cameras, systematics, loss))
     except PoseError:
         return 0.0
     left, right = views
     error = difference(left.T_world_target, right.T_world_target)
-    floor = np.repeat([calibration_sigma * float(np.linalg.norm(T[:3, 3])), calibration_sigma], 3)
-    covariance = left.covariance + right.covariance + np.diag(floor**2)
+    covariance = left.covariance + right.covariance
     return float(np.sqrt(error @ np.linalg.solve(covariance, error)))
 
 
-def _of_camera(lines: LineMeasurements, camera: int) -> LineMeasurements:
-    chosen = lines.camera == camera
+def _chosen(lines: LineMeasurements, chosen: BoolArray) -> LineMeasurements:
     return LineMeasurements(*(getattr(lines, field.name)[chosen] for field in attrs.fields(LineMeasurements)))
 
 

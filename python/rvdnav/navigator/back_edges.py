@@ -5,9 +5,10 @@ They say that the bar is where the pose puts it, but take no part in the refinem
 
 from __future__ import annotations
 
+import attrs
 import numpy as np
 
-from rvdnav.bracket import EDGE_NAMES, Bracket
+from rvdnav.bracket import Bracket
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
@@ -43,12 +44,12 @@ def back_coverage(
     if not distinct.any():
         return np.zeros(wanted.shape)
     depth = np.array([bracket.thickness, 0.0, 0.0])
-    edge_points = bracket.edge_points + depth
-    model = EdgeModel(EDGE_NAMES, edge_points, bracket)
+    front = EdgeModel.of_bracket(bracket)
+    model = attrs.evolve(front, points=front.points + depth)
     either = np.zeros(wanted.shape, np.int64)
     sampled = sample_edges(core, rig, images, T_world_target, model, _HALF_WIDTH_PX, either)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
-    lines = LineMeasurements(fits.camera, fits.edge, edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
+    lines = LineMeasurements(fits.camera, fits.edge, model.edge_points[fits.edge], fits.rho, fits.theta, fits.cov)
     offsets, _ = line_residuals(T_world_target, lines, rectified_cameras(rig))
     near = np.zeros(wanted.shape, np.bool_)
     near[fits.camera, fits.edge] = np.abs(offsets).max(axis=1) < _MAX_OFFSET_PX

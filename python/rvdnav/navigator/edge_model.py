@@ -2,32 +2,57 @@
 
 from __future__ import annotations
 
-import attrs
-import numpy as np
+from functools import cached_property
 
-from rvdnav.bracket import EDGE_NAMES, Bracket
+import numpy as np
+from attrs import evolve, frozen
+
+from rvdnav.bracket import EDGE_APEXES, EDGE_NAMES, Bracket
 from rvdnav.navigator.visibility import GRAZING, Faces, Pieces, whole_edges
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.target import Target
 
 
-@attrs.frozen(eq=False)
+@frozen(eq=False)
 class EdgeModel:
     """A target's straight edges in the capture frame C.
 
-    names (m,).  edge_points (m, 2, 3): their ends, m.  bracket: the four-bar bracket whose front edges they are, in the
-    order of `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
+    names (m,).  points (k, 3): the edges' ends, m; point_sigmas (k,): to which each coordinate is known, m.  ends (m, 2):
+    numbers of an edge's two points.  bracket: the four-bar bracket whose front edges they are, in the order of
+    `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
     """
 
     names: tuple[str, ...]
-    edge_points: FloatArray
+    points: FloatArray
+    point_sigmas: FloatArray
+    ends: IntArray
     bracket: Bracket | None
     faces: Faces | None = None
 
     @classmethod
-    def of_bracket(cls, bracket: Bracket) -> EdgeModel:
-        """The eight front edges of a bracket."""
-        return cls(EDGE_NAMES, bracket.edge_points, bracket)
+    def of_bracket(cls, bracket: Bracket, point_sigmas: FloatArray | None = None) -> EdgeModel:
+        """The eight front edges of a bracket; point_sigmas (8,) of P1..P4 and Q1..Q4, exact if not given."""
+        ends = np.array([(a + inner, b + inner) for a, b in EDGE_APEXES for inner in (0, 4)])
+        sigmas = np.zeros(2 * len(bracket.outer)) if point_sigmas is None else point_sigmas
+        return cls(EDGE_NAMES, np.concatenate([bracket.outer, bracket.inner]), sigmas, ends, bracket)
+
+    @cached_property
+    def edge_points(self) -> FloatArray:
+        """(m, 2, 3) the edges' ends, m."""
+        edge_points: FloatArray = self.points[self.ends]
+        return edge_points
+
+    @property
+    def exact(self) -> EdgeModel:
+        """With its points taken to be exact."""
+        return evolve(self, point_sigmas=np.zeros(len(self.points)))
+
+    def parts(self, edge: IntArray, points: FloatArray) -> FloatArray:
+        """Where on its edge (n,) each of points (n, 2, 3) lies, (n, 2): 0 at the first end, 1 at the second."""
+        start, end = self.edge_points[edge, 0], self.edge_points[edge, 1]
+        along = end - start
+        part: FloatArray = np.einsum("nki,ni->nk", points - start[:, None], along)
+        return part / np.einsum("ni,ni->n", along, along)[:, None]
 
     def __len__(self) -> int:
         return len(self.names)
@@ -47,16 +72,22 @@ def edge_model(target: Target) -> EdgeModel:
     """The edges of a target by which it is navigated: the front edges of its bracket, else those of its bars and its
     other edges, each once."""
     if target.bracket is not None:
-        model = EdgeModel.of_bracket(target.bracket)
+        sigmas = np.array([target.point_sigma(name) for name in target.bracket_names])
+        model = EdgeModel.of_bracket(target.bracket, sigmas)
     else:
         once = _edges_once(target)
-        names = tuple(f"{a}-{b}" for a, b in once)
-        ends = np.array([[target.points[a], target.points[b]] for a, b in once]).reshape(-1, 2, 3)
-        model = EdgeModel(names, ends, None)
+        corners = tuple(dict.fromkeys(name for pair in once for name in pair))
+        model = EdgeModel(
+            tuple(f"{a}-{b}" for a, b in once),
+            np.array([target.points[name] for name in corners]).reshape(-1, 3),
+            np.array([target.point_sigma(name) for name in corners]),
+            np.array([[corners.index(name) for name in pair] for pair in once], np.int64).reshape(-1, 2),
+            None,
+        )
     if not target.faces:
         return model
     polygons = [np.array([target.points[name] for name in face]) for face in target.faces]
-    return attrs.evolve(model, faces=Faces.of(polygons, model.edge_points))
+    return evolve(model, faces=Faces.of(polygons, model.edge_points))
 
 
 def _edges_once(target: Target) -> list[tuple[str, str]]:

@@ -66,7 +66,7 @@ def failed_gates(
             reasons.add(Reason.CROSS_VIEW)
     # The surface between a bracket's edges is the bracket itself, while any target's may be printed with lines.
     loss: Loss = "tukey" if model.bracket is None else "huber"
-    if views > 1 and view_difference(measurement, rig, settings.calibration_sigma, loss) > settings.view_sigmas:
+    if views > 1 and view_difference(measurement, rig, loss) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
     if not range_gate[0] <= distance <= range_gate[1]:

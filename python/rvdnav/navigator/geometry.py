@@ -30,6 +30,18 @@ def project_edges(
     return xy.reshape(-1, 2, 2), depths.reshape(-1, 2)
 
 
+def moved_ends(xy: FloatArray, part: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Ends (m, 2, 2) of parts of edges, px, moved towards their normals (-dy, dx).
+
+    part (m, 2): where on its edge each end lies, 0 to 1.  offsets (m, 2), px: of the whole edge's two ends.
+    """
+    span = xy[:, 1] - xy[:, 0]
+    normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.maximum(np.linalg.norm(span, axis=1), 1e-9)[:, None]
+    shift = offsets[:, :1] + part * (offsets[:, 1:] - offsets[:, :1])
+    moved: FloatArray = xy + shift[:, :, None] * normal[:, None]
+    return moved
+
+
 def line_of(xy: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Normal form of the lines through image points (m, 2, 2).
 

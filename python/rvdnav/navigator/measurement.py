@@ -10,6 +10,7 @@ from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import face_widths, surroundings, with_slopes
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.print_borders import border_separation
 from rvdnav.navigator.sampling import SampledEdges, Surroundings, sample_edges
@@ -27,6 +28,7 @@ from rvdnav.pose import (
     refine_pose_lines,
 )
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+from rvdnav.pose.systematics import Systematics
 from rvdnav.rig import Rig
 
 # Half-width of the profiles at first, around the lines of Hough space, and then around the refined pose.  Each round
@@ -72,7 +74,11 @@ class Measurement:
     less than all along."""
 
     own_covariance: FloatArray
-    """(6, 6) of the refinement alone; that of ``pose`` may hold more than it."""
+    """(6, 6) of what errs in this frame alone, and what it changed of the lasting errors; that of ``pose`` has all."""
+    systematics: Systematics
+    """Of ``lines``: what was known of their common errors before this frame, at the scales that it shows."""
+    learned: Learned
+    """Of the lasting errors, with this frame."""
     seen: BoolArray
     """(cameras,) which of them had an image."""
     rival: FloatArray | None = None
@@ -104,6 +110,13 @@ class Measurement:
         return float(self.inlier.sum() / max(int(self.sampled.attempted.sum()), 1))
 
 
+def line_polarity(sampled: SampledEdges, fits: EdgeLines) -> IntArray:
+    """(k,) of the fitted lines: +1 where most of their samples are brighter towards the normal, -1 darker."""
+    total = np.zeros(sampled.attempted.shape)
+    np.add.at(total, (sampled.camera, sampled.edge), fits.weights * sampled.polarity)
+    return np.sign(total[fits.camera, fits.edge]).astype(np.int64)
+
+
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
     """(cameras, edges) part of the profiles on the image that are inliers (n,)."""
     part: FloatArray = sampled.count(inlier) / np.maximum(sampled.attempted, 1)
@@ -114,6 +127,8 @@ def measure(
     core: Core,
     rig: Rig,
     model: EdgeModel,
+    knowledge: Knowledge,
+    learned: Learned,
     images: Images,
     T_world_target: FloatArray,
     polarity: IntArray,
@@ -122,13 +137,20 @@ def measure(
 
     images: of each camera, None where it has none.  T_world_target (4, 4): good to two or three pixels.
     polarity (cameras, edges): of the edges as last seen, 0 where unknown; only the first round holds to it, so that it
-    can change with the light.
+    can change with the light.  learned: of the lasting errors by the frames before.
     Raises PoseError where the measured geometry does not determine a pose.
     """
     cameras = rectified_cameras(rig)
+    blur = np.full(len(images), core.config.blur_sigma)
     T = T_world_target
-    sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _COARSE_HALF_WIDTH_PX, polarity)
-    T = refine_pose_lines(T, lines, cameras).T_world_target
+    z = knowledge.expected(learned)
+    offsets = knowledge.edge_offsets(T, z)
+    sampled, fits, lines = _measure_lines(
+        core, rig, model, images, cameras, T, offsets, _COARSE_HALF_WIDTH_PX, polarity
+    )
+    systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
+    pose = refine_pose_lines(T, lines, cameras, systematics=systematics)
+    T, z = pose.T_world_target, pose.z
     either = np.zeros_like(polarity)
     settled = False
     for number in range(_MAX_ROUNDS):
@@ -137,10 +159,14 @@ def measure(
             # At first only the blur is known; then the pose is near enough to tell the edges' two sides.
             face = face_widths(cameras, T, model) if number > 0 else np.zeros(polarity.shape)
             beside = surroundings(face, sampled, fits.weights > _TRUSTED)
-        sampled, fits, lines = _measure_lines(core, rig, model, images, cameras, T, _HALF_WIDTH_PX, either, beside)
-        pose = refine_pose_edges(T, lines, cameras)
+        offsets = knowledge.edge_offsets(T, z[: knowledge.lasting])
+        sampled, fits, lines = _measure_lines(
+            core, rig, model, images, cameras, T, offsets, _HALF_WIDTH_PX, either, beside
+        )
+        systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
+        pose = refine_pose_edges(T, lines, cameras, systematics)
         change = difference(pose.T_world_target, T)
-        T = pose.T_world_target
+        T, z = pose.T_world_target, pose.z
         settled = float(change @ np.linalg.solve(pose.covariance, change)) < 1.0
         if settled and (number > 0 or model.bracket is None):
             break
@@ -156,7 +182,10 @@ def measure(
     if model.bracket is not None:
         back = back_coverage(core, rig, images, T, model.bracket, lacking)
     seen = np.array([image is not None for image in images])
-    return Measurement(pose, lines, sampled, inlier, settled, back, pose.covariance, seen)
+    systematics = attrs.evolve(systematics, scales=pose.scales)
+    own = knowledge.own_covariance(pose, systematics)
+    taught = knowledge.taught(learned, pose)
+    return Measurement(pose, lines, sampled, inlier, settled, back, own, systematics, taught, seen)
 
 
 def _measure_lines(
@@ -166,12 +195,13 @@ def _measure_lines(
     images: Images,
     cameras: RectifiedCameras,
     T_world_target: FloatArray,
+    offsets: FloatArray,
     half_width: float,
     polarity: IntArray,
     beside: Surroundings | None = None,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
-    sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity, beside)
+    sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity, beside, offsets)
     moved = np.zeros(polarity.shape)
     if beside is not None:
         sampled, moved = with_slopes(sampled)

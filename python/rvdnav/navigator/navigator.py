@@ -10,13 +10,13 @@ import numpy as np
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.navigator.attempt import Attempt
-from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.gates import plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.intake import take_in
+from rvdnav.navigator.knowledge import Knowledge
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
 from rvdnav.navigator.residuals import edge_residuals
@@ -62,12 +62,15 @@ class Navigator:
         self._rig = rig
         self._model = model
         config = {k: v for k, v in options.items() if k not in names}
-        self._sizing = None if target.dimensions_known else SizingSurveyor(rig, target, self._settings, **config)
-        self._surveyor = self._sizing or Surveyor(Core(rig, target, **config), rig, model, self._settings)
-        self._calibration = CalibrationEffect.of(rig) if rig.calibration_covariance is not None else None
+        self._knowledge = Knowledge(rig, model if target.dimensions_known else model.exact)
+        self._sizing = None
+        if not target.dimensions_known:
+            self._sizing = SizingSurveyor(rig, target, self._knowledge, self._settings, **config)
+        core = Core(rig, target, **config)
+        self._surveyor = self._sizing or Surveyor(core, rig, model, self._knowledge, self._settings)
         self._filter = ConstantVelocityFilter()
         given = None if initial_pose is None else checked_pose(initial_pose, model, rectified_cameras(rig))
-        self._memory = attrs.evolve(Memory.blank(len(rig.cameras), len(model)), initial_pose=given)
+        self._memory = attrs.evolve(Memory.blank(len(rig.cameras), len(model), self._knowledge.lasting), initial_pose=given)
 
     @property
     def memory(self) -> Memory:
@@ -143,7 +146,7 @@ class Navigator:
         prediction = self._prediction(timestamp_ns)
         tracked = None
         if prediction is not None:
-            tracked = self._surveyor.track(images, self._expected(prediction), times)
+            tracked = self._surveyor.track(images, self._expected(prediction), self._memory.learned, times)
             if tracked is not None:
                 tracked = self._against(prediction, timestamp_ns, tracked)
                 if self._model.bracket is None:
@@ -153,7 +156,7 @@ class Navigator:
         # What the images have not confirmed yet doesn't speak against what they show elsewhere.
         unconfirmed = self._memory.held_odds is not None or self._memory.initial_pose is not None
         following = None if unconfirmed else prediction
-        searched = self._surveyor.acquire(images, following, times)
+        searched = self._surveyor.acquire(images, following, self._memory.learned, times)
         if following is not None:
             searched = self._against(following, timestamp_ns, searched)
         # Without a result either way, tell why the tracked edges were refused: they say more than the search.
@@ -168,7 +171,7 @@ class Navigator:
         before = self._filter.state
         self._filter.loosen()
         prediction = self._filter.predict(timestamp_ns)
-        attempt = self._surveyor.track(images, self._expected(prediction), times)
+        attempt = self._surveyor.track(images, self._expected(prediction), self._memory.learned, times)
         if attempt is not None:
             attempt = self._against(prediction, timestamp_ns, attempt)
             if attempt.passed:
@@ -199,15 +202,13 @@ class Navigator:
         predicted = self._prediction(timestamp_ns)
         # Calibration and learnt sizes err alike in all frames: the filter, which takes errors for independent, isn't
         # told of them.
-        self._update_filter(timestamp_ns, measurement.pose.T_world_target, measurement.pose.covariance)
-        lasting = np.zeros((6, 6))
-        if self._calibration is not None:
-            lasting += self._calibration.pose_covariance(measurement.pose, measurement.lines)
+        self._update_filter(timestamp_ns, measurement.pose.T_world_target, measurement.own_covariance)
+        lasting = measurement.pose.covariance - measurement.own_covariance
         if self._sizing is not None:
             lasting += self._sizing.size_part(attempt)
             self._sizing.sizes = attempt.sizes or self._sizing.sizes
         state = next_state(self._memory.state, measured=True, coast_expired=False)
-        self._remember(state=state, lasting_part=lasting)
+        self._remember(state=state, lasting_part=lasting, learned=measurement.learned)
         self._remember(last_pose_ns=timestamp_ns, polarity=measurement.polarity, held_odds=None, initial_pose=None)
         cameras = measurement.cameras
         return Solution(
@@ -219,7 +220,7 @@ class Navigator:
             predicted_T_world_target=None if predicted is None else predicted.T_world_target,
             smoothed_T_world_target=self._filter.smoothed.T_world_target,
             rival_T_world_target=measurement.rival,
-            covariance=measurement.pose.covariance + self._memory.lasting_part,
+            covariance=measurement.own_covariance + self._memory.lasting_part,
             acquisition=attempt.acquisition,
             dimensions=self._learned_dimensions(),
             line_residuals=edge_residuals(measurement, self._model),

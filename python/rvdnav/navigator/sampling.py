@@ -7,7 +7,7 @@ import numpy as np
 
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.navigator.geometry import moved_ends, project_edges, rectified_cameras
 from rvdnav.navigator.views import Images
 from rvdnav.pose import PoseError
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
@@ -73,11 +73,13 @@ def sample_edges(
     half_width: float,
     polarity: IntArray,
     surroundings: Surroundings | None = None,
+    offsets: FloatArray | None = None,
 ) -> SampledEdges:
     """Profiles across what is seen of the target's edges, half_width px to both sides of where the pose puts them.
 
     polarity (cameras, edges): of the steps to be found, +1 brighter towards the normal (-dy, dx) of the edge's
-    projection, -1 darker, 0 either.  surroundings: without them a step is taken to stand between even greys.
+    projection, -1 darker, 0 either.  surroundings: without them a step is taken to stand between even greys.  offsets
+    (cameras, edges, 2), px: by which the edges' ends lie off their projections towards that normal, none if not given.
 
     A view without image gives none; one at least has an image.  Raises PoseError for a target that is not in front of
     the cameras.
@@ -91,6 +93,8 @@ def sample_edges(
             continue
         pieces = model.visible_pieces(T_world_target, cameras.centers[camera])
         xy, _ = project_edges(cameras, camera, T_world_target, pieces.points)
+        if offsets is not None:
+            xy = moved_ends(xy, model.parts(pieces.edge, pieces.points), offsets[camera, pieces.edge])
         span = xy[:, 1] - xy[:, 0]
         length = np.linalg.norm(span, axis=1)
         if model.faces is not None:

@@ -16,6 +16,7 @@ from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.frame_pairs import BracketCandidate, bracket_candidates, plausible
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizes import Sizes
@@ -51,9 +52,12 @@ class SizingSurveyor:
     attempt.  Until the size is known, frames need both views.
     """
 
-    def __init__(self, rig: Rig, target: Target, settings: NavigatorSettings, **config: Any) -> None:
+    def __init__(
+        self, rig: Rig, target: Target, knowledge: Knowledge, settings: NavigatorSettings, **config: Any
+    ) -> None:
         self._rig = rig
         self._target = target
+        self._knowledge = knowledge
         self._settings = settings
         self._config = config
         self._cameras = rectified_cameras(rig)
@@ -78,25 +82,29 @@ class SizingSurveyor:
         symmetric: FloatArray = 0.5 * (part + part.T)
         return symmetric
 
-    def track(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt | None:
+    def track(
+        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
+    ) -> Attempt | None:
         """As `Surveyor.track`; None too where the size isn't known well enough for the images that there are."""
         if self.sizes is None or not self._enough(images):
             return None
         surveyor = self._surveyor(self.sizes.shape)
-        attempt = surveyor.track(images, expected, times)
+        attempt = surveyor.track(images, expected, learned, times)
         return None if attempt is None else self._taught(attempt)
 
-    def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
+    def acquire(
+        self, images: Images, prediction: PredictedPose | None, learned: Learned, times: dict[str, float]
+    ) -> Attempt:
         """As `Surveyor.acquire`, by the sizes learnt so far; or, as long as they are not known, by none."""
         if not self._enough(images):
             attempt = failed(look(self._blind, images, times), images)
             return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.UNKNOWN_SIZE})
         if self.sizes is None:
-            return self._first(images, times)
-        attempt = self._taught(self._surveyor(self.sizes.shape).acquire(images, prediction, times))
+            return self._first(images, learned, times)
+        attempt = self._taught(self._surveyor(self.sizes.shape).acquire(images, prediction, learned, times))
         if attempt.passed or self.sizes.known:
             return attempt
-        first = self._first(images, times)
+        first = self._first(images, learned, times)
         return first if first.passed else attempt
 
     def _enough(self, images: Images) -> bool:
@@ -109,7 +117,7 @@ class SizingSurveyor:
         if self._built is None or self._built[0] != key:
             target = self._target.resized(shape)
             core = Core(self._rig, target, **self._config)
-            self._built = key, Surveyor(core, self._rig, edge_model(target), self._settings)
+            self._built = key, Surveyor(core, self._rig, edge_model(target).exact, self._knowledge, self._settings)
         return self._built[1]
 
     def _taught(self, attempt: Attempt) -> Attempt:
@@ -134,7 +142,7 @@ class SizingSurveyor:
         pixel = float(np.linalg.norm(fit.T_world_target[:3, 3])) / self._cameras.focal
         return Sizes.of(fit.sizes, fit.covariance[6:, 6:], pixel)
 
-    def _first(self, images: Images, times: dict[str, float]) -> Attempt:
+    def _first(self, images: Images, learned: Learned, times: dict[str, float]) -> Attempt:
         """A bracket of any size sought in both images."""
         frame = look(self._blind, images, times)
         attempt = failed(frame, images)
@@ -149,7 +157,7 @@ class SizingSurveyor:
         gate = (config.range_min, config.range_max)
         candidates = bracket_candidates(left, right, self._cameras, self._rig.baseline, gate)
         lap(times, "bar frames", start)
-        measured = [self._measured(candidate, images, times) for candidate in candidates.brackets[:_MAX_MEASURED]]
+        measured = [self._measured(candidate, images, learned, times) for candidate in candidates.brackets[:_MAX_MEASURED]]
         passed = [attempt for attempt in measured if attempt is not None and attempt.passed]
         if not passed:
             reasons = {Reason.LIMIT} if frame.limits or candidates.cut else set()
@@ -164,17 +172,19 @@ class SizingSurveyor:
         core = self._blind
         return core.extract_segments(camera, edgels, core.hough_peaks(core.hough_vote(edgels)))
 
-    def _measured(self, candidate: BracketCandidate, images: Images, times: dict[str, float]) -> Attempt | None:
+    def _measured(
+        self, candidate: BracketCandidate, images: Images, learned: Learned, times: dict[str, float]
+    ) -> Attempt | None:
         """The candidate measured and resized until its sizes stay, then acquired by them as any known target is."""
         start = now()
         try:
-            sizes = self._settled(candidate, images)
+            sizes = self._settled(candidate, images, learned)
         except PoseError:
             sizes = None
         lap(times, "pose", start)
         if sizes is None:
             return None
-        attempt = self._surveyor(sizes.shape).acquire(images, None, times)
+        attempt = self._surveyor(sizes.shape).acquire(images, None, learned, times)
         measurement = attempt.measurement
         if measurement is None or not _near(measurement.pose.T_world_target, candidate.T_world_target):
             return None
@@ -182,7 +192,7 @@ class SizingSurveyor:
             return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.AMBIGUOUS})
         return attrs.evolve(attempt, sizes=sizes, anew=True)
 
-    def _settled(self, candidate: BracketCandidate, images: Images) -> Sizes | None:
+    def _settled(self, candidate: BracketCandidate, images: Images, learned: Learned) -> Sizes | None:
         """The sizes that the grey values around a candidate give; None where they do not bear it out.
 
         Raises PoseError where the measured geometry determines no pose.
@@ -191,7 +201,7 @@ class SizingSurveyor:
         unknown = np.zeros((len(images), len(EDGE_NAMES)), np.int64)
         for _ in range(_MAX_ROUNDS):
             model = edge_model(self._target.resized(shape))
-            measurement = measure(self._blind, self._rig, model, images, T, unknown)
+            measurement = measure(self._blind, self._rig, model, self._knowledge, learned, images, T, unknown)
             sizes = self._sizes_of(measurement, shape.sizes)
             if sizes is None or measurement.total_coverage < self._settings.min_coverage:
                 return None

@@ -15,7 +15,8 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.gates import failed_gates
 from rvdnav.navigator.geometry import rectified_cameras
-from rvdnav.navigator.measurement import measure
+from rvdnav.navigator.knowledge import Knowledge, Learned
+from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.seeker import chosen_lines, seek
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.stage_times import lap, now
@@ -39,35 +40,43 @@ class Surveyor:
     times: stage name -> seconds, to which every call adds what it took.
     """
 
-    def __init__(self, core: Core, rig: Rig, model: EdgeModel, settings: NavigatorSettings) -> None:
+    def __init__(
+        self, core: Core, rig: Rig, model: EdgeModel, knowledge: Knowledge, settings: NavigatorSettings
+    ) -> None:
         self._core = core
         self._rig = rig
         self._model = model
+        self._knowledge = knowledge
         self._settings = settings
         self._cameras = rectified_cameras(rig)
 
-    def track(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt | None:
+    def track(
+        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
+    ) -> Attempt | None:
         """The edges sought where they are expected; None where that says too little."""
         if self._model.bracket is None:
-            return self._track_any(images, expected, times)
+            return self._track_any(images, expected, learned, times)
         prediction = expected.prediction
         windows: list[Any] = [(), ()]
         try:
+            offsets = self._knowledge.edge_offsets(prediction.T_world_target, self._knowledge.expected(learned))
             for camera, image in enumerate(images):
                 if image is None:
                     continue
                 polarity = expected.polarity[camera]
                 windows[camera] = predicted_windows(
-                    prediction, self._model.edge_points, self._cameras, camera, polarity, self._settings
+                    prediction, self._model, self._cameras, camera, polarity, offsets[camera], self._settings
                 )
         except PoseError:  # predicted out of the cameras' sight
             return None
         if windows[0] is None or windows[1] is None:
             return None
         frame = look(self._core, images, times, windows)
-        return self._refine(frame, images, prediction.T_world_target, expected, times)
+        return self._refine(frame, images, prediction.T_world_target, expected, learned, times)
 
-    def acquire(self, images: Images, prediction: PredictedPose | None, times: dict[str, float]) -> Attempt:
+    def acquire(
+        self, images: Images, prediction: PredictedPose | None, learned: Learned, times: dict[str, float]
+    ) -> Attempt:
         """The bracket sought in the whole images; no other target can be."""
         if self._model.bracket is None:
             return failed(self._without_lines(see(self._core, images, times)), images, Reason.NO_PRIOR)
@@ -78,9 +87,11 @@ class Surveyor:
             attempt = failed(frame, images, Reason.AMBIGUOUS if ambiguous else Reason.NO_TARGET)
             return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.LIMIT}) if frame.limits else attempt
         expected = None if prediction is None else Expectation(prediction, self._unknown_polarity(), None)
-        return self._refine(frame, images, bracket.T_world_target, expected, times)
+        return self._refine(frame, images, bracket.T_world_target, expected, learned, times)
 
-    def _track_any(self, images: Images, expected: Expectation, times: dict[str, float]) -> Attempt:
+    def _track_any(
+        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
+    ) -> Attempt:
         """A target of any number of edges, each of which may be one of several lines."""
         views = see(self._core, images, times)
         try:
@@ -92,7 +103,7 @@ class Surveyor:
             passed = any(attempt.passed for attempt in attempts)
             if passed and association.log_likelihood < found[0][0].log_likelihood - _UNLIKELY:
                 break
-            attempt = self._refine(frame, images, association.T_world_target, expected, times)
+            attempt = self._refine(frame, images, association.T_world_target, expected, learned, times)
             if association.half_rho > self._settings.window_max_rho_px and attempt.coverage < _WIDE_COVERAGE:
                 attempt = attrs.evolve(attempt, reasons=attempt.reasons | {Reason.TOO_FEW_LINES})
             attempts.append(attempt)
@@ -110,6 +121,7 @@ class Surveyor:
         images: Images,
         prior: FloatArray,
         expected: Expectation | None,
+        learned: Learned,
         times: dict[str, float],
     ) -> Attempt:
         """The pose measured from a frame's lines, near the prior (4, 4), and judged."""
@@ -117,13 +129,13 @@ class Surveyor:
         start = now()
         try:
             coarse = coarse_pose(self._model, frame, self._cameras, prior)
-            measurement = measure(self._core, self._rig, self._model, images, coarse, polarity)
+            measurement = self._measure(images, coarse, polarity, learned)
             if len(measurement.cameras) == 1:
                 prediction, odds = (None, None) if expected is None else (expected.prediction, expected.earlier_odds)
                 decision = decide(measurement, self._model, self._cameras, prediction, odds)
                 if decision.swapped:
                     T = decision.T_world_target
-                    measurement = measure(self._core, self._rig, self._model, images, T, polarity)
+                    measurement = self._measure(images, T, polarity, learned)
                 measurement = decision.widened(measurement)
         except PoseError:
             return Attempt(frozenset({Reason.DEGENERATE}), frame, images)
@@ -133,3 +145,6 @@ class Surveyor:
         gate = (config.range_min, config.range_max)
         reasons = failed_gates(measurement, self._model, frame, self._rig, self._settings, gate)
         return Attempt(reasons, frame, images, measurement)
+
+    def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
+        return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity)

@@ -88,8 +88,9 @@ def decide(
         return _no_rival(measurement)
     camera = int(lines.camera[0])
     try:
-        own = one_view_pose(T, lines, cameras)
-        other = one_view_pose(_mirrored(T, points, cameras.centers[camera]), lines, cameras)
+        own = one_view_pose(T, lines, cameras, measurement.systematics)
+        mirrored = _mirrored(T, points, cameras.centers[camera])
+        other = one_view_pose(mirrored, lines, cameras, measurement.systematics)
     except PoseError:
         return _no_rival(measurement)
     apart = difference(other.T_world_target, own.T_world_target)

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import layout
-from rvdnav.navigator.geometry import line_of, project_edges
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.geometry import line_of, moved_ends, project_edges
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, RectifiedCameras
 from rvdnav.pose.arrays import FloatArray, IntArray
@@ -18,20 +19,24 @@ _MAX_PART = 0.16
 
 def predicted_windows(
     prediction: PredictedPose,
-    edge_points: FloatArray,
+    model: EdgeModel,
     cameras: RectifiedCameras,
     camera: int,
     polarity: IntArray,
+    offsets: FloatArray,
     settings: NavigatorSettings,
 ) -> NDArray[np.void] | None:
-    """WINDOW records of the edges (m, 2, 3) of the target, or None where the prediction is too vague to be of use.
+    """WINDOW records of the target's edges, or None where the prediction is too vague to be of use.
 
     polarity (m,): +1 where an edge was brighter towards the normal (-dy, dx) of its projection, -1 darker, 0 unknown.
+    offsets (m, 2), px: by which its ends lie off the projection towards that normal.
 
     The half-widths follow from the prediction's covariance through the projection's derivative.  Raises PoseError for a
     target that is not in front of the camera.
     """
+    edge_points = model.edge_points
     xy, _ = project_edges(cameras, camera, prediction.T_world_target, edge_points)
+    xy = moved_ends(xy, np.tile([0.0, 1.0], (len(model), 1)), offsets)
     rho, theta, t = line_of(xy)
     sigma = _across_sigma(prediction, edge_points, cameras, camera, theta)
     length = np.maximum(t[:, 1] - t[:, 0], 1.0)

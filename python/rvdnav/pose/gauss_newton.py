@@ -26,10 +26,22 @@ _MAX_CONDITION = 1e8
 
 
 @frozen(eq=False)
+class Prior(Generic[Estimate]):
+    """What is known of the last q parameters beside the blocks.
+
+    deviation: of an estimate's parameters from what was expected of them (q,).  information (q, q): the inverse of that
+    expectation's covariance, positive definite.
+    """
+
+    deviation: Callable[[Estimate], FloatArray]
+    information: FloatArray
+
+
+@frozen(eq=False)
 class GaussNewtonSolution(Generic[Estimate]):
     """The minimum that was found: the estimate, the whitened blocks there (m, 2) with their derivatives (m, 2, p) by
-    its p parameters and weights (m,), the inverse (p, p) of the normal matrix sum(w Jᵀ J), the loss's response (see
-    `loss.response`) and how it went."""
+    its p parameters and weights (m,), the inverse (p, p) of the normal matrix sum(w Jᵀ J) and the prior's information,
+    the loss's response (see `loss.response`) and how it went."""
 
     estimate: Estimate
     residuals: FloatArray
@@ -50,11 +62,13 @@ def minimise(
     k: float | None,
     scale_floor: float,
     near: bool,
+    prior: Prior[Estimate] | None = None,
 ) -> GaussNewtonSolution[Estimate]:
     """The estimate that minimises the robust loss of the blocks, from a start on.
 
     evaluate: residual blocks (m, 2), whitened, and their derivatives (m, 2, p).  move: the estimate changed by a step
-    (p,) of the parameters that the derivatives are taken by.
+    (p,) of the parameters that the derivatives are taken by.  prior: adds half the square of the deviation, in the
+    metric of its information.
 
     Tukey's loss is not convex, so the start is Huber's loss with the scale taken anew in every step; then the asked
     loss takes over and the scale is held, which makes the cost one function that every accepted step lowers.  From an
@@ -77,13 +91,13 @@ def minimise(
             scale = robust_scale(norms, scale_floor)
         w = weights(norms, phase, phase_k, scale)
         normal_matrix, gradient = _normal_equations(residuals, jacobians, w)
-        units, eigenvalues, eigenvectors = _decompose(normal_matrix)
         # The loss curves less than its weights say; without this the steps are too short and convergence is slow.
         gradient /= response(norms, phase, phase_k, scale)
-        along = eigenvectors.T @ (units * gradient)
-        before = cost(norms, phase, phase_k, scale)
+        _add_prior(normal_matrix, gradient, prior, estimate)
+        system = _System.of(normal_matrix, 0 if prior is None else len(prior.information))
+        before = cost(norms, phase, phase_k, scale) + _prior_cost(prior, estimate)
         for damping in _DAMPING:
-            step = -units * (eigenvectors @ (along / (eigenvalues + damping)))
+            step = -system.solve(gradient, damping)
             length = float(np.sqrt(step @ normal_matrix @ step)) / scale
             moved = move(estimate, step)
             trial = _try(evaluate, moved)
@@ -91,7 +105,8 @@ def minimise(
                 continue
             trial_norms = _norms(trial[0])
             # A step this short is at the rounding of the cost, where comparing costs says nothing.
-            if length < _CONVERGED_STEP or cost(trial_norms, phase, phase_k, scale) <= before:
+            after = cost(trial_norms, phase, phase_k, scale) + _prior_cost(prior, moved)
+            if length < _CONVERGED_STEP or after <= before:
                 estimate, norms = moved, trial_norms
                 residuals, jacobians = trial
                 break
@@ -104,24 +119,18 @@ def minimise(
             scale = robust_scale(norms, scale_floor)
             phase, phase_k, starting = loss, asked_k, False
     w = weights(norms, phase, phase_k, scale)
-    normal_matrix, _ = _normal_equations(residuals, jacobians, w)
+    normal_matrix, gradient = _normal_equations(residuals, jacobians, w)
+    _add_prior(normal_matrix, gradient, prior, estimate)
     return GaussNewtonSolution(
         estimate=estimate,
         residuals=residuals,
         jacobians=jacobians,
         weights=w,
-        inverse=_inverse(normal_matrix),
+        inverse=_System.of(normal_matrix, 0 if prior is None else len(prior.information)).inverse(),
         response=response(norms, phase, phase_k, scale),
         iterations=iterations,
         converged=converged,
     )
-
-
-def _inverse(normal_matrix: FloatArray) -> FloatArray:
-    units, eigenvalues, eigenvectors = _decompose(normal_matrix)
-    root = units[:, None] * eigenvectors / np.sqrt(eigenvalues)
-    inverse: FloatArray = root @ root.T
-    return inverse
 
 
 def _norms(residuals: FloatArray) -> FloatArray:
@@ -136,19 +145,69 @@ def _normal_equations(residuals: FloatArray, jacobians: FloatArray, w: FloatArra
     return weighted.T @ rows, weighted.T @ residuals.ravel()
 
 
-def _decompose(normal_matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Units (p,) of the parameters in which the normal matrix has a unit diagonal; its eigenvalues and -vectors there.
+def _add_prior(
+    normal_matrix: FloatArray, gradient: FloatArray, prior: Prior[Estimate] | None, estimate: Estimate
+) -> None:
+    if prior is None:
+        return
+    last = slice(len(gradient) - len(prior.information), None)
+    normal_matrix[last, last] += prior.information
+    gradient[last] += prior.information @ prior.deviation(estimate)
 
+
+def _prior_cost(prior: Prior[Estimate] | None, estimate: Estimate) -> float:
+    if prior is None:
+        return 0.0
+    deviation = prior.deviation(estimate)
+    return 0.5 * float(deviation @ prior.information @ deviation)
+
+
+@frozen(eq=False)
+class _System:
+    """Normal equations of which the last q parameters, those with a prior, are eliminated first: it makes them definite.
+
+    units (f,): of the free parameters, in which what remains of the normal matrix has a unit diagonal; its eigenvalues
+    and -vectors there.  known (q, q): the inverse of the eliminated block.  mixed (q, f): that times the mixed block.
     Metres and radians differ in scale by the distance; only in such units does a condition number say something.
-    Raises PoseError if the matrix is singular or nearly so.
     """
-    diagonal = np.diagonal(normal_matrix)
-    if (diagonal > 0.0).all():
-        units = 1.0 / np.sqrt(diagonal)
-        eigenvalues, eigenvectors = np.linalg.eigh(normal_matrix * (units[:, None] * units))
-        if eigenvalues[0] * _MAX_CONDITION > eigenvalues[-1]:
-            return units, eigenvalues, eigenvectors
-    raise PoseError("the measurements do not determine the pose")
+
+    units: FloatArray
+    eigenvalues: FloatArray
+    eigenvectors: FloatArray
+    known: FloatArray
+    mixed: FloatArray
+
+    @classmethod
+    def of(cls, normal_matrix: FloatArray, last: int) -> _System:
+        """Raises PoseError if what remains is singular or nearly so."""
+        free = len(normal_matrix) - last
+        A, B, C = normal_matrix[:free, :free], normal_matrix[free:, :free], normal_matrix[free:, free:]
+        known = np.linalg.inv(C) if last else C
+        mixed = known @ B
+        reduced = A - B.T @ mixed
+        diagonal = np.diagonal(reduced)
+        if (diagonal > 0.0).all():
+            units = 1.0 / np.sqrt(diagonal)
+            eigenvalues, eigenvectors = np.linalg.eigh(reduced * (units[:, None] * units))
+            if eigenvalues[0] * _MAX_CONDITION > eigenvalues[-1]:
+                return cls(units, eigenvalues, eigenvectors, known, mixed)
+        raise PoseError("the measurements do not determine the pose")
+
+    def solve(self, right: FloatArray, damping: float) -> FloatArray:
+        """The solution (f + q,) for a right-hand side, the free parameters' directions damped."""
+        free = len(self.units)
+        along = self.eigenvectors.T @ (self.units * (right[:free] - self.mixed.T @ right[free:]))
+        first = self.units * (self.eigenvectors @ (along / (self.eigenvalues + damping)))
+        solution: FloatArray = np.concatenate([first, self.known @ right[free:] - self.mixed @ first])
+        return solution
+
+    def inverse(self) -> FloatArray:
+        """Of the whole normal matrix (f + q, f + q)."""
+        root = self.units[:, None] * self.eigenvectors / np.sqrt(self.eigenvalues)
+        first = root @ root.T
+        mixed = -self.mixed @ first
+        inverse: FloatArray = np.block([[first, mixed.T], [mixed, self.known - mixed @ self.mixed.T]])
+        return inverse
 
 
 def _try(

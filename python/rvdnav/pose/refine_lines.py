@@ -16,10 +16,11 @@ from numpy.typing import ArrayLike
 from rvdnav.pose.arrays import FloatArray, IntArray, float_array
 from rvdnav.pose.cameras import DirectedPoints, RectifiedCameras
 from rvdnav.pose.errors import PoseError
-from rvdnav.pose.gauss_newton import GaussNewtonSolution, minimise
+from rvdnav.pose.gauss_newton import GaussNewtonSolution, Prior, minimise
 from rvdnav.pose.loss import Loss
 from rvdnav.pose.refined import RefinedPose, refined_pose
 from rvdnav.pose.so3 import perturb
+from rvdnav.pose.systematics import Systematics
 
 # Least standard deviation of what displaces an endpoint by itself, px; an edge seen end-on has only this in its tilt.
 _ENDPOINT_SIGMA = 0.02
@@ -108,8 +109,11 @@ def refine_pose_lines(
     k: float | None = None,
     endpoint_sigma: float = _ENDPOINT_SIGMA,
     near: bool = False,
+    systematics: Systematics | None = None,
 ) -> RefinedPose:
     """The pose that fits the lines best, from T_world_target (4, 4) on; a line is trusted or rejected as a whole.
+
+    systematics: errors that the lines share, estimated with the pose; the covariance holds what is left of them.
 
     loss, k: the robust loss and its bound in robust standard deviations (4.685 for Tukey's, 1.345 for Huber's if not
     given).  endpoint_sigma, px: standard deviation of what displaces each endpoint by itself, beside the lines'
@@ -119,12 +123,20 @@ def refine_pose_lines(
     """
     # Ends that move independently of each other move their mean and half their difference alike.
     displacement = Displacement(endpoint_sigma / math.sqrt(2.0), endpoint_sigma / math.sqrt(2.0))
-    solution, whitening = _solve(T_world_target, lines, cameras, displacement, near=near, loss=loss, k=k)
-    return refined_pose(solution, line_residuals(solution.estimate, lines, cameras)[0], whitening)
+    systematics = Systematics.none(len(lines)) if systematics is None else systematics
+    start = (float_array(T_world_target, 4, 4), systematics.mean)
+    solution, whitening = _solve(start, lines, cameras, displacement, systematics, near=near, loss=loss, k=k)
+    return _refined(solution, lines, cameras, systematics, whitening)
 
 
-def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, cameras: RectifiedCameras) -> RefinedPose:
-    """As `refine_pose_lines`, with the displacement that the lines themselves show.
+def refine_pose_edges(
+    T_world_target: FloatArray,
+    lines: LineMeasurements,
+    cameras: RectifiedCameras,
+    systematics: Systematics | None = None,
+) -> RefinedPose:
+    """As `refine_pose_lines`, with the displacement that the lines themselves show, and the scales of the systematics'
+    groups that they do.
 
     Lens remains, aliasing, light and the model's own errors displace edges by more than their fits know.  The variances
     of offsets and of tilts are those at which the weighted squares of either come to their degrees of freedom, so
@@ -132,37 +144,74 @@ def refine_pose_edges(T_world_target: FloatArray, lines: LineMeasurements, camer
     here for two components, whose degrees of freedom are the lines less the leverage of the pose on them).
     """
     displacement = Displacement(START_SIGMA, START_SIGMA)
-    T, near = T_world_target, False
+    systematics = Systematics.none(len(lines)) if systematics is None else systematics
+    estimate, near = (float_array(T_world_target, 4, 4), systematics.mean), False
     for _ in range(VARIANCE_ROUNDS):
-        solution, _ = _solve(T, lines, cameras, displacement, near=near)
-        T, near = solution.estimate, True
-        displacement = shown_displacement(T, solution, lines, cameras)
-    solution, whitening = _solve(T, lines, cameras, displacement, near=near)
-    return refined_pose(solution, line_residuals(solution.estimate, lines, cameras)[0], whitening)
+        solution, _ = _solve(estimate, lines, cameras, displacement, systematics, near=near)
+        estimate, near = solution.estimate, True
+        distances = _distances(solution.estimate, lines, cameras, systematics)
+        displacement = shown_displacement(estimate[0], distances, solution, lines, cameras)
+        systematics = systematics.rescaled(estimate[1], solution.inverse[6:, 6:])
+    solution, whitening = _solve(estimate, lines, cameras, displacement, systematics, near=near)
+    return _refined(solution, lines, cameras, systematics, whitening)
+
+
+_Joint = tuple[FloatArray, FloatArray]
+"""A pose (4, 4) and the parameters beside it (p,)."""
 
 
 def _solve(
-    T_world_target: FloatArray,
+    start: _Joint,
     lines: LineMeasurements,
     cameras: RectifiedCameras,
     displacement: Displacement,
+    systematics: Systematics,
     *,
     near: bool,
     loss: Loss = "tukey",
     k: float | None = None,
-) -> tuple[GaussNewtonSolution[FloatArray], FloatArray]:
+) -> tuple[GaussNewtonSolution[_Joint], FloatArray]:
     """The minimum, and the whitening (n, 2, 2) of the distances."""
     if len(lines) < 3:
         raise PoseError(f"{len(lines)} lines do not determine the pose")
-    T = float_array(T_world_target, 4, 4)
     endpoints = directed_endpoints(lines, cameras)
-    whitening = whitening_of(offset_tilt_covariance(T, lines, cameras), displacement)
+    whitening = whitening_of(offset_tilt_covariance(start[0], lines, cameras), displacement)
+    G = systematics.derivative
+    mean = systematics.mean
 
-    def evaluate(T: FloatArray) -> tuple[FloatArray, FloatArray]:
-        distances, derivatives = _residuals(T, lines, endpoints)
+    def evaluate(estimate: _Joint) -> tuple[FloatArray, FloatArray]:
+        distances, derivatives = _residuals(estimate[0], lines, endpoints)
+        if len(systematics) > 0:
+            distances, derivatives = distances + G @ estimate[1], np.concatenate([derivatives, G], axis=2)
         return np.einsum("nij,nj->ni", whitening, distances), whitening @ derivatives
 
-    return minimise(T, evaluate, perturb, loss=loss, k=k, scale_floor=SCALE_FLOOR, near=near), whitening
+    prior = Prior[_Joint](lambda estimate: estimate[1] - mean, systematics.prior_information)
+    return (
+        minimise(start, evaluate, _move, loss=loss, k=k, scale_floor=SCALE_FLOOR, near=near, prior=prior),
+        whitening,
+    )
+
+
+def _move(estimate: _Joint, step: FloatArray) -> _Joint:
+    return perturb(estimate[0], step[:6]), estimate[1] + step[6:]
+
+
+def _distances(
+    estimate: _Joint, lines: LineMeasurements, cameras: RectifiedCameras, systematics: Systematics
+) -> FloatArray:
+    distances, _ = line_residuals(estimate[0], lines, cameras)
+    total: FloatArray = distances + systematics.derivative @ estimate[1]
+    return total
+
+
+def _refined(
+    solution: GaussNewtonSolution[_Joint],
+    lines: LineMeasurements,
+    cameras: RectifiedCameras,
+    systematics: Systematics,
+    whitening: FloatArray,
+) -> RefinedPose:
+    return refined_pose(solution, _distances(solution.estimate, lines, cameras, systematics), whitening, systematics)
 
 
 def directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:
@@ -203,16 +252,19 @@ def whitening_of(known: FloatArray, displacement: Displacement) -> FloatArray:
 
 
 def shown_displacement(
-    T: FloatArray, solution: GaussNewtonSolution[Any], lines: LineMeasurements, cameras: RectifiedCameras
+    T: FloatArray,
+    distances: FloatArray,
+    solution: GaussNewtonSolution[Any],
+    lines: LineMeasurements,
+    cameras: RectifiedCameras,
 ) -> Displacement:
     """The displacement at which the weighted squares of offsets and of tilts equal their degrees of freedom.
 
-    T (4, 4): the pose that the solution found, over these lines.
+    T (4, 4), distances (n, 2), px: the pose that the solution found over these lines, and what it leaves of them.
     """
     w, J = solution.weights, solution.jacobians
     leverage = np.einsum("n,nki,ij,nkj->k", w, J, solution.inverse, J, optimize=True)
     freedom = np.maximum(float(w.sum()) - leverage, 1.0)
-    distances, _ = line_residuals(T, lines, cameras)
     offset, tilt = 0.5 * (distances[:, 0] + distances[:, 1]), 0.5 * (distances[:, 1] - distances[:, 0])
     known_offset, mixed, known_tilt = offset_tilt_covariance(T, lines, cameras)
     offset_sigma = consistent_sigma(w * offset**2, known_offset, float(freedom[0]))

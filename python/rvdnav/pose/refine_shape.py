@@ -61,7 +61,8 @@ def refine_shape(
         solution = _solve(estimate, shape, lines, cameras, displacement, near=near)
         estimate = solution.estimate
         sized = _sized(lines, shape, estimate[1])
-        displacement = shown_displacement(estimate[0], solution, sized, cameras)
+        distances, _ = line_residuals(estimate[0], sized, cameras)
+        displacement = shown_displacement(estimate[0], distances, solution, sized, cameras)
     T, sizes = estimate
     omega_squared, sigma0 = unit_weight(solution)
     return RefinedShape(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -48,3 +50,24 @@ def calibration_covariance(matrix: ArrayLike, cameras: int) -> FloatArray:
     symmetric: FloatArray = 0.5 * (covariance + covariance.T)
     symmetric.setflags(write=False)
     return symmetric
+
+
+# Of a calibration made by hand with a few pictures of a printed board: focal lengths as a part of themselves, and the
+# rest in the units of the parameters; of the translation as a part of the baseline.
+_HAND_FOCAL = 0.002
+_HAND_SIGMA = {"c": 1.0, "k1": 0.01, "k2": 0.02, "p": 0.0005, "r": math.radians(0.03), "t": 0.001}
+
+
+def hand_calibration_covariance(focal: float, baseline: float, cameras: int) -> FloatArray:
+    """What stands for a covariance (n, n) that nobody has given; focal, px, baseline, m: of the rig.
+
+    fx and fy of a camera err together, as all else does by itself.
+    """
+    names = [name.partition(".")[2] for name in calibration_parameters(cameras)]
+    sigma = np.array([_HAND_SIGMA.get(name, _HAND_SIGMA.get(name[0], 0.0)) for name in names])
+    sigma[[name[0] == "t" for name in names]] *= baseline
+    covariance = np.diag(sigma**2)
+    for camera in range(cameras):
+        own = slice(8 * camera, 8 * camera + 2)
+        covariance[own, own] = (_HAND_FOCAL * focal) ** 2 * np.array([[1.0, 0.99], [0.99, 1.0]])
+    return covariance

@@ -14,7 +14,12 @@ from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray, float_array
 from rvdnav.pose.so3 import exp, inverse_T, make_T
-from rvdnav.rig.covariance import CAMERA_PARAMETERS, calibration_covariance, calibration_parameters
+from rvdnav.rig.covariance import (
+    CAMERA_PARAMETERS,
+    calibration_covariance,
+    calibration_parameters,
+    hand_calibration_covariance,
+)
 from rvdnav.rig.timing import LONGEST_NS, SCANS, row_delays_ns
 
 MIN_BASELINE_M = 1e-3
@@ -104,6 +109,13 @@ class Rig:
                 raise ValueError(f"cam{index} does not look the way of the rig (more than 60 degrees off x_W)")
             if x < _MIN_FORWARD:
                 raise ValueError("cam0 is not the left camera (swapped, or rolled by more than 60 degrees)")
+
+    @property
+    def calibration_or_default(self) -> FloatArray:
+        """The calibration's covariance; where it is not known, that of a calibration made by hand."""
+        if self.calibration_covariance is not None:
+            return self.calibration_covariance
+        return hand_calibration_covariance(self.focal_rect, self.baseline, len(self.cameras))
 
     @property
     def is_stereo(self) -> bool:

@@ -1,0 +1,174 @@
+"""What is known of target and rig only to a tolerance, and what the frames so far have taught of it.
+
+The target's points may lie off by their tolerance, the rig's calibration by its covariance, and every frame's steps
+may be displaced towards their bright or their dark side, by the camera's response.  All are estimated with the pose
+(`rvdnav.pose.systematics`): the first two are the same in all frames and learnt, the last one is each frame's own.
+"""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from rvdnav.navigator.calibration import CalibrationEffect
+from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+from rvdnav.pose.systematics import Group, Systematics
+from rvdnav.rig import Rig
+
+TARGET, CALIBRATION, STEPS = 0, 1, 2
+"""The groups, in their order."""
+
+# How many independent errors the stated standard deviations are worth against those that the lines show: a maker who
+# says 0.3 mm may mean 0.1 or 1; of a calibration fewer parameters show in the images.
+_WEIGHTS = (1.0, 4.0, 1.0)
+# By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
+_STEP_PART = 0.07
+# Part of what was learnt that still counts in the next frame: lens remains, light and sampling displace the lines of
+# neighbouring frames alike, so their errors don't average out.
+_KEPT = 0.7
+# Directions of the calibration's covariance below this part of the largest are none.
+_NEGLIGIBLE = 1e-12
+
+
+@attrs.frozen(eq=False)
+class Learned:
+    """What frames have taught of the lasting parameters (p,): target first, then calibration.
+
+    information (p, p), vector (p,): information times mean, in stated standard deviations.  scales (3,): of what was
+    stated, by group.  frames: how many.
+    """
+
+    information: FloatArray
+    vector: FloatArray
+    scales: FloatArray
+    frames: int
+
+    @classmethod
+    def nothing(cls, parameters: int) -> Learned:
+        """Before the first frame."""
+        return cls(np.zeros((parameters, parameters)), np.zeros(parameters), np.ones(len(_WEIGHTS)), 0)
+
+
+class Knowledge:
+    """The systematic errors of one rig and target as they show in measured lines."""
+
+    def __init__(self, rig: Rig, model: EdgeModel) -> None:
+        self._cameras = rectified_cameras(rig)
+        self._model = model
+        self._uncertain = np.repeat(model.point_sigmas > 0.0, 3)
+        self._point_sigma = np.repeat(model.point_sigmas, 3)[self._uncertain]
+        covariance = rig.calibration_or_default
+        self._effect = CalibrationEffect.of(rig) if covariance.any() else None
+        self._directions = _root(covariance)
+        self._views = len(rig.cameras)
+
+    @property
+    def lasting(self) -> int:
+        """How many parameters are the same in all frames."""
+        return len(self._point_sigma) + self._directions.shape[1]
+
+    def systematics(
+        self, T_world_target: FloatArray, lines: LineMeasurements, polarity: IntArray, blur: FloatArray, learned: Learned
+    ) -> Systematics:
+        """Of lines near a pose (4, 4); polarity (n,): +1 brighter towards a line's normal, -1 darker, 0 unknown.
+
+        blur (cameras,): standard deviation of the steps' blur, px.
+        Raises PoseError for an edge that is not in front of its camera.
+        """
+        steps = np.zeros((len(lines), 2, self._views))
+        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera] * polarity)[:, None]
+        derivative = np.concatenate([self.derivative(T_world_target, lines), steps], axis=2)
+        return self._systematics(derivative, learned)
+
+    def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
+        sizes = (len(self._point_sigma), self._directions.shape[1], derivative.shape[2] - self.lasting)
+        groups = tuple(Group(size, weight) for size, weight in zip(sizes, _WEIGHTS, strict=True))
+        information = np.zeros((derivative.shape[2],) * 2)
+        vector = np.zeros(derivative.shape[2])
+        information[: self.lasting, : self.lasting] = learned.information
+        vector[: self.lasting] = learned.vector
+        return Systematics(derivative, groups, learned.scales, information, vector)
+
+    def derivative(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
+        """(n, 2, p), px: of the lines' residuals with respect to the lasting parameters."""
+        parts = []
+        if len(self._point_sigma) > 0:
+            parts.append(self._by_points(T_world_target, lines)[:, :, self._uncertain] * self._point_sigma)
+        if self._effect is not None:
+            parts.append(self._effect.residual_derivatives(T_world_target, lines) @ self._directions)
+        return np.concatenate([np.zeros((len(lines), 2, 0)), *parts], axis=2)
+
+    def _by_points(self, T: FloatArray, lines: LineMeasurements) -> FloatArray:
+        """(n, 2, 3 k), px/m: with respect to the positions of the target's k points in C."""
+        _, by_pose = line_residuals(T, lines, self._cameras)
+        by_end = by_pose[:, :, :3] @ T[:3, :3]
+        part = self._model.parts(lines.edge, lines.endpoints_C)
+        derivative = np.zeros((len(lines), 2, len(self._model.point_sigmas), 3))
+        row = np.arange(len(lines))
+        ends = self._model.ends[lines.edge]
+        derivative[row, :, ends[:, 0]] = (1.0 - part)[:, :, None] * by_end
+        derivative[row, :, ends[:, 1]] += part[:, :, None] * by_end
+        return derivative.reshape(len(lines), 2, -1)
+
+    def expected(self, learned: Learned) -> FloatArray:
+        """The lasting parameters (p,) as the frames so far tell them."""
+        return self._systematics(np.zeros((0, 2, self.lasting)), learned).mean
+
+    def edge_offsets(self, T_world_target: FloatArray, z: FloatArray) -> FloatArray:
+        """How far (cameras, edges, 2), px, the ends of the edges are seen beside their projections, towards the normal
+        (-dy, dx), with lasting parameters z (p,).  Raises PoseError for a target that is not in front of the cameras."""
+        count, views = len(self._model), self._views
+        if not z.any():
+            return np.zeros((views, count, 2))
+        xy = np.stack([project_edges(self._cameras, k, T_world_target, self._model.edge_points)[0] for k in range(views)])
+        span = xy[:, :, 1] - xy[:, :, 0]
+        theta = np.arctan2(span[..., 0], -span[..., 1]).ravel()
+        rho = (np.cos(theta) * xy[:, :, 0, 0].ravel()) + (np.sin(theta) * xy[:, :, 0, 1].ravel())
+        edge = np.tile(np.arange(count), views)
+        no_covariance = np.zeros((len(edge), 2, 2))
+        camera = np.repeat(np.arange(views), count)
+        lines = LineMeasurements(camera, edge, self._model.edge_points[edge], rho, theta, no_covariance)
+        offsets: FloatArray = (self.derivative(T_world_target, lines) @ z).reshape(views, count, 2)
+        return offsets
+
+    def own_covariance(self, pose: RefinedPose, systematics: Systematics) -> FloatArray:
+        """(6, 6) of a refined pose by what is this frame's own, and by what it changed of the lasting parameters."""
+        lasting = slice(6, 6 + self.lasting)
+        free = np.ones(6 + len(pose.z), np.bool_)
+        free[lasting] = False
+        information = pose.told.information.copy()
+        information[6:, 6:] += systematics.prior_information
+        own = np.linalg.inv(information[np.ix_(free, free)])
+        by_lasting = -(own @ information[np.ix_(free, ~free)])[:6]
+        prior = np.linalg.inv(systematics.prior_information[: self.lasting, : self.lasting])
+        # A variance of unit weight above one widens what is left, not what was known.
+        gained, directions = np.linalg.eigh(prior - pose.joint_covariance[lasting, lasting])
+        change = (directions * np.maximum(gained, 0.0)) @ directions.T
+        covariance = own[:6, :6] + by_lasting @ change @ by_lasting.T
+        symmetric: FloatArray = 0.5 * (covariance + covariance.T)
+        return symmetric
+
+    def taught(self, learned: Learned, pose: RefinedPose) -> Learned:
+        """With what a refined pose's lines add."""
+        lasting: BoolArray = np.arange(len(pose.z)) < self.lasting
+        scale = pose.scales[STEPS]
+        information, vector = pose.told.of_parameters(lasting, np.full(len(pose.z), 1.0 / scale**2))
+        return Learned(
+            _KEPT * learned.information + information,
+            _KEPT * learned.vector + vector,
+            pose.scales,
+            learned.frames + 1,
+        )
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """(n, r) whose square is a covariance (n, n) of rank r; of correlations, so that units don't matter."""
+    sigma = np.sqrt(np.diagonal(covariance))
+    units = np.where(sigma > 0.0, sigma, 1.0)
+    eigenvalues, vectors = np.linalg.eigh(covariance / np.outer(units, units))
+    kept = eigenvalues > max(_NEGLIGIBLE * float(eigenvalues[-1]), 0.0)
+    root: FloatArray = units[:, None] * vectors[:, kept] * np.sqrt(eigenvalues[kept])
+    return root
