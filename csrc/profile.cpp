@@ -14,7 +14,15 @@ namespace {
 constexpr double kMinContrast = 4.0;  // grey levels
 // Beyond the half-width a step's surroundings are seen too, where the step's slopes are estimated.
 constexpr double kSurround = 1.5;  // pixels
-static_assert(2.0 * (kMaxHalfWidth + kSurround) / kProfileSpacing + 1.0 <= kMaxProfilePoints, "profile does not fit");
+constexpr double kLongestReach = 0.5 * (kMaxProfilePoints - 1) * kProfileSpacing;
+static_assert(kMaxHalfWidth + kSurround <= kLongestReach, "profile does not fit");
+
+// How far to both sides the grey values are taken.
+double profile_reach(double half_width, double face, double blur) {
+  const double needed = reach_of(face, blur);
+  const double beyond = face == 0.0 ? needed - reach_of(0.0, 0.0) : std::max(kSurround, needed - 1.0);
+  return std::min(half_width + std::max(beyond, 0.0), kLongestReach);
+}
 
 // Weights of four neighbouring values at a part a in [0, 1) between the middle two.
 void cubic_weights(double a, double* w) {
@@ -68,12 +76,13 @@ bool sample_profile(const rvdnav_rig& rig, int32_t camera, const GreyView& image
 }
 
 // The steepest place of the wanted polarity, preferring the middle; false where the profile is flat.
-bool find_start(const Profile& profile, int32_t polarity, double half_width, double* t0) {
+bool find_start(const Profile& profile, int32_t polarity, double half_width, double blur, double* t0) {
   double best = 0.0;
-  constexpr int32_t kReach = 2;  // values to both sides, between which the slope is taken
-  for (int32_t i = kReach; i < profile.count - kReach; ++i) {
-    if (std::abs(profile.t[i]) > half_width - kReach * kProfileSpacing) continue;
-    const double slope = profile.grey[i + kReach] - profile.grey[i - kReach];
+  // Values to both sides, between which the slope is taken: over the width of the step, so that noise counts less.
+  const int32_t reach = std::clamp(static_cast<int32_t>(blur / kProfileSpacing + 0.5), 2, 8);
+  for (int32_t i = reach; i < profile.count - reach; ++i) {
+    if (std::abs(profile.t[i]) > half_width - 1.0) continue;
+    const double slope = profile.grey[i + reach] - profile.grey[i - reach];
     if (polarity != 0 && slope * polarity <= 0.0) continue;
     const double x = profile.t[i] / half_width;
     const double score = std::abs(slope) * (1.0 - 0.5 * x * x);
@@ -95,10 +104,12 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
   *total = 0;
   if (!(length > 1e-6)) return 0;
   const Eigen::Vector2d normal(-span.y() / length, span.x() / length);
-  const double blur = settings.blur_sigma;
-  const Surroundings even = surroundings(0.0, blur);
+  const double blur = edge.blur > 0.0 ? edge.blur : settings.blur_sigma;
   const Surroundings sloped = surroundings(edge.face, blur);
-  const double sampled = settings.half_width + (edge.face == 0.0 ? 0.0 : kSurround);
+  // The other edge of a bar that the blur reaches is a part of its profile from the start.
+  const Surroundings first = sloped.other != 0.0 ? sloped : surroundings(0.0, blur);
+  const bool slopes = edge.face != 0.0 && sloped.other == 0.0;
+  const double sampled = profile_reach(settings.half_width, edge.face, blur);
   const int32_t n = std::max(static_cast<int32_t>(length / settings.step), 1);
   uint32_t count = 0;
   for (int32_t i = 0; i < n; ++i) {
@@ -108,15 +119,15 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
     double t0 = 0.0;
     Step step = {};
     if (!sample_profile(rig, camera, image, p, normal, sampled, &profile) ||
-        !find_start(profile, edge.polarity, settings.half_width, &t0) ||
-        !fit_step(profile, blur, settings.half_width, even, {t0, 0.0, blur, 0.0, 0.0}, &step))
+        !find_start(profile, edge.polarity, settings.half_width, blur, &t0) ||
+        !fit_step(profile, blur, settings.half_width, first, {t0, 0.0, blur, 0.0, 0.0}, &step))
       continue;
     const int32_t polarity = step.contrast > 0.0 ? 1 : -1;
     if (edge.polarity != 0 && polarity != edge.polarity) continue;
     ++*total;
     if (count >= capacity) continue;
     Step beside = {};
-    const bool known = edge.face != 0.0 && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
+    const bool known = slopes && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
                        beside.contrast * step.contrast > 0.0;
     const Eigen::Vector2d q = p + step.t0 * normal;
     samples[count++] = {edge_index,

@@ -73,7 +73,7 @@ void refit_line(const rvdnav_rig& rig, int32_t camera, const GreyView& image, do
   // Walked towards falling t, so that the profiles' normal (-dy, dx) is the line's.
   const Eigen::Vector2d a = found.at(line->t_max - kEndMargin);
   const Eigen::Vector2d b = found.at(line->t_min + kEndMargin);
-  const rvdnav_model_edge edge = {a.x(), a.y(), b.x(), b.y(), 0.0, 0, 0};
+  const rvdnav_model_edge edge = {a.x(), a.y(), b.x(), b.y(), 0.0, 0.0, 0, 0};
   const ProfileSettings settings = {kHalfWidth, std::max(length / kMaxSamples, 1.0), blur_sigma};
   rvdnav_edge_sample samples[kMaxSamples];
   uint32_t total = 0;

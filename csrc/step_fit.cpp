@@ -9,9 +9,13 @@
 namespace rvdnav {
 namespace {
 
-constexpr double kStepReach = 1.6;   // the step's own neighbourhood, pixels to both sides
-constexpr double kSlopeReach = 2.5;  // the same where the slopes beside it are estimated too
-constexpr double kFaceMargin = 1.7;  // pixels of a face that the blur of its other side reaches
+constexpr double kStepReach = 1.6;    // the step's own neighbourhood, pixels to both sides
+constexpr double kBlurReach = 1.8;    // the same in standard deviations of the blur, if that is more
+constexpr double kSlopeReach = 2.5;   // pixels, where the slopes beside it are estimated too
+constexpr double kSlopeBlurs = 3.0;   // the same in standard deviations of the blur
+constexpr double kFaceMargin = 1.7;   // pixels of a face that the blur of its other side reaches
+constexpr double kFaceBlurs = 2.4;    // the same in standard deviations of the blur
+constexpr double kOtherSpread = 1.0;  // of the other edge's contrast around the opposite of the step's, as a part of it
 constexpr int32_t kIterations = 6;
 constexpr double kMinContrast = 4.0;   // grey levels
 constexpr double kMinSignal = 4.0;     // contrast over the residual's standard deviation
@@ -24,11 +28,13 @@ constexpr double kKnownSpread = 0.15;  // the same around a blur that was measur
 constexpr double kFaceSlope = 0.015;
 constexpr double kBackSlope = 0.07;
 
-// Parameters: base, contrast, t0, blur, and with slopes fall (towards -t) and rise (towards +t).
+// Parameters: base, contrast, t0, blur, and with slopes fall (towards -t) and rise (towards +t), or with a bar's other
+// edge its contrast.
 template <int kParameters>
 bool fit(const Profile& profile, double expected_blur, double half_width, const Surroundings& around, const Step& start,
          Step* step) {
   constexpr bool kSloped = kParameters == 6;
+  constexpr bool kBar = kParameters == 5;
   constexpr double kInvSqrt2 = 0.70710678118654752;
   constexpr double kInvSqrt2Pi = 0.39894228040143268;
   constexpr double kNoise2 = kTypicalNoise * kTypicalNoise;
@@ -40,6 +46,7 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
   double contrast = start.contrast;
   double fall = 0.0;
   double rise = 0.0;
+  double other = -contrast;
   for (int32_t iteration = contrast == 0.0 ? 0 : 1; iteration < kIterations; ++iteration) {
     // base, contrast and the slopes are linear: solve for them and the changes of t0 and blur at once.
     Matrix N = Matrix::Zero();
@@ -58,6 +65,13 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
       J(1) = phi;
       J(2) = -slope;
       J(3) = -slope * z;
+      if constexpr (kBar) {
+        const double z2 = (x - around.other) / blur;
+        const double slope2 = other * kInvSqrt2Pi * std::exp(-0.5 * z2 * z2) / blur;
+        J(2) -= slope2;
+        J(3) -= slope2 * z2;
+        J(4) = 0.5 * std::erfc(-z2 * kInvSqrt2);
+      }
       if constexpr (kSloped) {
         const double ramp = x * phi + blur * density;
         J(2) -= rise * phi + fall * (phi - 1.0);
@@ -77,6 +91,13 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
       N.template rightCols<kParameters - 2>().setZero();
       N.diagonal().template tail<kParameters - 2>().setOnes();
       b.template tail<kParameters - 2>().setZero();
+    } else if constexpr (kBar) {
+      // An unknown spread of the blur is worth as much as elsewhere; the other edge steps back, more or less.
+      N(3, 3) += kNoise2 / (spread * spread);
+      b(3) += kNoise2 / (spread * spread) * (expected_blur - blur);
+      const double allowed = kOtherSpread * std::max(std::abs(contrast), kMinContrast);
+      N(4, 4) += kNoise2 / (allowed * allowed);
+      b(4) += -contrast * kNoise2 / (allowed * allowed);
     } else {
       N(3, 3) += kNoise2 / (spread * spread);
       b(3) += kNoise2 / (spread * spread) * (expected_blur - blur);
@@ -94,6 +115,7 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
       fall = solution(4);
       rise = solution(5);
     }
+    if constexpr (kBar) other = solution(4);
     const double shift = std::clamp(solution(2), -blur, blur);
     t0 += shift;
     blur = std::clamp(blur + solution(3), 0.6 * expected_blur, 2.0 * expected_blur);
@@ -113,14 +135,23 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
 }  // namespace
 
 Surroundings surroundings(double face, double blur) {
-  if (face == 0.0) {
-    const double reach = std::max(kStepReach, 1.8 * blur);
-    return {{reach, reach}, {0.0, 0.0}, kSigmaSpread};
+  const double reach = std::max(kStepReach, kBlurReach * blur);
+  if (face == 0.0) return {{reach, reach}, {0.0, 0.0}, kSigmaSpread, 0.0};
+  const double margin = std::max(kFaceMargin, kFaceBlurs * blur);
+  if (std::abs(face) < margin + reach) {
+    const double beyond = std::abs(face) + reach;
+    if (face > 0.0) return {{reach, beyond}, {0.0, 0.0}, kKnownSpread, face};
+    return {{beyond, reach}, {0.0, 0.0}, kKnownSpread, face};
   }
-  const double back = std::max(kSlopeReach, 3.0 * blur);
-  const double inside = std::clamp(std::abs(face) - kFaceMargin, kStepReach, back);
-  if (face > 0.0) return {{back, inside}, {kBackSlope, kFaceSlope}, kKnownSpread};
-  return {{inside, back}, {kFaceSlope, kBackSlope}, kKnownSpread};
+  const double back = std::max(kSlopeReach, kSlopeBlurs * blur);
+  const double inside = std::clamp(std::abs(face) - margin, reach, back);
+  if (face > 0.0) return {{back, inside}, {kBackSlope, kFaceSlope}, kKnownSpread, 0.0};
+  return {{inside, back}, {kFaceSlope, kBackSlope}, kKnownSpread, 0.0};
+}
+
+double reach_of(double face, double blur) {
+  const Surroundings around = surroundings(face, blur);
+  return std::max(around.reach[0], around.reach[1]);
 }
 
 // Gauss-Newton for
@@ -130,6 +161,7 @@ Surroundings surroundings(double face, double blur) {
 // So are the slopes, held near zero; without them a shadow along the edge, or a gap behind it, pulls the step its way.
 bool fit_step(const Profile& profile, double blur, double half_width, const Surroundings& around, const Step& start,
               Step* step) {
+  if (around.other != 0.0) return fit<5>(profile, blur, half_width, around, start, step);
   const bool sloped = around.slope[0] > 0.0 && around.slope[1] > 0.0;
   return sloped ? fit<6>(profile, blur, half_width, around, start, step)
                 : fit<4>(profile, blur, half_width, around, start, step);

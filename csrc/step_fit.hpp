@@ -6,7 +6,7 @@
 namespace rvdnav {
 
 constexpr double kProfileSpacing = 0.5;  // pixels between the grey values of a profile
-constexpr int32_t kMaxProfilePoints = 2 * 29 + 1;
+constexpr int32_t kMaxProfilePoints = 2 * 40 + 1;
 
 // Grey values across an edge; t, pixels, rises in steps of kProfileSpacing and is 0 in the middle.
 struct Profile {
@@ -21,10 +21,14 @@ struct Surroundings {
   double reach[2];  // pixels
   double slope[2];
   double blur_spread;  // standard deviation of the blur around the expected one, as a fraction
+  double other;        // pixels from the step to the other edge of a bar that the blur reaches, 0: none
 };
 
 // face: width in pixels of the even face that the edge bounds, positive towards +t, negative towards -t, 0 unknown.
 Surroundings surroundings(double face, double blur);
+
+// How far from a step, pixels, its fit between these surroundings looks.
+double reach_of(double face, double blur);
 
 struct Step {
   double t0;

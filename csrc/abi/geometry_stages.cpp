@@ -19,7 +19,7 @@ bool is_near(double value) { return std::abs(value) <= kFar; }  // false for a N
 
 bool is_usable(const rvdnav_model_edge& edge) {
   return is_near(edge.x0) && is_near(edge.y0) && is_near(edge.x1) && is_near(edge.y1) && is_near(edge.face) &&
-         edge.polarity >= -1 && edge.polarity <= 1;
+         edge.blur >= 0.0 && edge.blur <= kMaxBlur && edge.polarity >= -1 && edge.polarity <= 1;
 }
 
 rvdnav_status check_stereo(const rvdnav_context* context) {

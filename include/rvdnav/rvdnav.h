@@ -39,7 +39,7 @@ extern "C" {
 #endif
 
 enum {
-  RVDNAV_ABI_VERSION = 2,
+  RVDNAV_ABI_VERSION = 3,
   RVDNAV_CAMERAS = 2,
   RVDNAV_BARS = 4,              /* l1, l2, l3, l4 */
   RVDNAV_EDGES = 8,             /* l1 outer, l1 inner, l2 outer, ... l4 inner */
@@ -224,6 +224,7 @@ typedef struct rvdnav_model_edge {
   double x0, y0, x1, y1;
   double face;      /* width, pixels, of the even face that it bounds: positive where that lies towards the normal
                        (-(y1-y0), x1-x0), negative where away from it; 0: unknown */
+  double blur;      /* standard deviation of its step's blur, pixels; 0: that of the call */
   int32_t polarity; /* +1: brighter towards the normal, -1: darker, 0: either */
   int32_t reserved;
 } rvdnav_model_edge;

@@ -22,7 +22,7 @@ rvdnav_model_edge edge_along(const Line2& line, double off, double t_from, doubl
                              double face = 0.0) {
   const Eigen::Vector2d a = line.at(t_to) + off * line.normal;
   const Eigen::Vector2d b = line.at(t_from) + off * line.normal;
-  return {a.x(), a.y(), b.x(), b.y(), face, polarity, 0};
+  return {a.x(), a.y(), b.x(), b.y(), face, 0.0, polarity, 0};
 }
 
 std::vector<rvdnav_edge_sample> measure(const rvdnav_rig& rig, const plain::Grey& image, const rvdnav_model_edge& edge,
@@ -216,7 +216,7 @@ TEST_CASE("without a step, off the image or too faint there is no sample") {
   const plain::Grey good = draw(rig, 0, line, {60.0, kLensBlur, {{0.0, 90.0}}}, 1.0, random);
   CHECK(measure(rig, good, edge_along(line, 0.0, 200, 300)).empty());
   CHECK(measure(rig, good, edge_along(line, 0.0, 1e8, 2e8), {3.5, 1e6, kBlur}).empty());
-  CHECK(measure(rig, good, {5.0, 5.0, 5.0, 5.0, 0.0, 0, 0}).empty());
+  CHECK(measure(rig, good, {5.0, 5.0, 5.0, 5.0, 0.0, 0.0, 0, 0}).empty());
   // Half of it off the image: the other half is measured.
   const auto half = measure(rig, good, edge_along(line, 0.0, 0, 120));
   CHECK(half.size() > 40);

@@ -138,14 +138,14 @@ class Stages(Context):
         step: float = 1.0,
         *,
         face: ArrayLike = 0.0,
-        blur_sigma: float = 0.0,
+        blur_sigma: ArrayLike = 0.0,
     ) -> RecordArray:
         """EDGE_SAMPLE records: steps of the raw grey values across model edges.
 
         model_edges: (n, 4) rectified x0, y0, x1, y1; polarity: +1, -1 or 0 (either) for all or each; half_width of the
         profiles and their distance step along the edges in pixels.  face: for all or each, the width in pixels of the
-        even face that it bounds, positive towards the normal (-dy, dx), 0 unknown.  blur_sigma: of the steps, pixels; 0
-        that of the configuration.
+        even face that it bounds, positive towards the normal (-dy, dx), 0 unknown.  blur_sigma: for all or each, of the
+        steps, pixels; 0 that of the configuration.
         """
         c_image, _keep = image_argument(image)
         ends = points(model_edges, 4)
@@ -154,9 +154,10 @@ class Stages(Context):
             edges[name] = ends[:, column]
         edges["polarity"] = polarity
         edges["face"] = face
+        edges["blur"] = blur_sigma
         lengths = np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1])
         guess = int(np.sum(lengths / step + 2)) if step > 0 and np.all(np.isfinite(lengths)) else 1
-        args = camera, c_image, pointer(edges, "rvdnav_model_edge *"), len(edges), half_width, step, blur_sigma
+        args = camera, c_image, pointer(edges, "rvdnav_model_edge *"), len(edges), half_width, step, 0.0
         return collect(
             lambda out, capacity, count: lib.rvdnav_measure_edges(self.handle, *args, out, capacity, count),
             "rvdnav_edge_sample *",

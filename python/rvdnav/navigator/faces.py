@@ -7,12 +7,14 @@ import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges
-from rvdnav.navigator.sampling import SampledEdges, Surroundings
+from rvdnav.navigator.sampling import SampledEdges
 from rvdnav.pose import RectifiedCameras
 from rvdnav.pose.arrays import BoolArray, FloatArray
 
 # Slope of the grey beside a step, parts of its contrast a pixel, that the model of the blur itself leaves.
 _SLOPE_SIGMA = 0.02
+# Samples from which an edge has a blur of its own.
+_MIN_BLURS = 12
 
 
 def face_widths(cameras: RectifiedCameras, T_world_target: FloatArray, model: EdgeModel) -> FloatArray:
@@ -38,14 +40,21 @@ def _bar_widths(xy: FloatArray) -> FloatArray:
     return nearest
 
 
-def surroundings(face: FloatArray, sampled: SampledEdges, agreeing: BoolArray) -> Surroundings:
-    """The faces with the blur that the agreeing samples (n,) show; it is taken to be the same all over a view."""
-    blur = np.zeros(len(face))
-    for camera in range(len(face)):
+def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) -> FloatArray:
+    """(cameras, edges) blur, px, that the agreeing samples (n,) show: of an edge the median of its own, for motion
+    blurs along itself alone; of one with few the median of its view; the expected (cameras, edges) where there are none.
+    """
+    blur = expected.copy()
+    for camera in range(len(blur)):
         chosen = agreeing & (sampled.camera == camera)
-        if chosen.any():
-            blur[camera] = np.median(sampled.blur[chosen])
-    return Surroundings(face, blur)
+        if not chosen.any():
+            continue
+        blur[camera] = np.median(sampled.blur[chosen])
+        for edge in np.unique(sampled.edge[chosen]):
+            own = sampled.blur[chosen & (sampled.edge == edge)]
+            if len(own) >= _MIN_BLURS:
+                blur[camera, edge] = np.median(own)
+    return blur
 
 
 def with_slopes(sampled: SampledEdges) -> tuple[SampledEdges, FloatArray]:

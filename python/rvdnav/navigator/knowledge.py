@@ -75,11 +75,11 @@ class Knowledge:
     ) -> Systematics:
         """Of lines near a pose (4, 4); polarity (n,): +1 brighter towards a line's normal, -1 darker, 0 unknown.
 
-        blur (cameras,): standard deviation of the steps' blur, px.
+        blur (cameras, edges): standard deviation of the steps' blur, px.
         Raises PoseError for an edge that is not in front of its camera.
         """
         steps = np.zeros((len(lines), 2, self._views))
-        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera] * polarity)[:, None]
+        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera, lines.edge] * polarity)[:, None]
         derivative = np.concatenate([self.derivative(T_world_target, lines), steps], axis=2)
         return self._systematics(derivative, learned)
 

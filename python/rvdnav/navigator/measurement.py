@@ -8,7 +8,7 @@ import numpy as np
 from rvdnav.core import Core
 from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.faces import face_widths, surroundings, with_slopes
+from rvdnav.navigator.faces import edge_blur, face_widths, with_slopes
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.neighbours import neighbour_separation
@@ -36,6 +36,12 @@ from rvdnav.rig import Rig
 _COARSE_HALF_WIDTH_PX = 3.5
 _HALF_WIDTH_PX = 2.5
 _MAX_ROUNDS = 5
+# Shown blur over the expected one from which steps are measured anew with twice of it; the largest that is tried, and
+# from which on the blur mixes the two edges of a bar, px.
+_BLURRED = 1.2
+_BLUR_STEP = 1.7
+_MAX_BLUR_PX = 5.0
+_MIXING_BLUR_PX = 1.2
 # Beside prints the rounds can go to and fro between two sets of samples: from this one on, steps are halved.
 _FREE_ROUNDS = 1
 # Weight from which a sample or a line counts as agreeing with the pose.
@@ -141,28 +147,38 @@ def measure(
     Raises PoseError where the measured geometry does not determine a pose.
     """
     cameras = rectified_cameras(rig)
-    blur = np.full(len(images), core.config.blur_sigma)
     T = T_world_target
     z = knowledge.expected(learned)
     offsets = knowledge.edge_offsets(T, z)
-    sampled, fits, lines = _measure_lines(
-        core, rig, model, images, cameras, T, offsets, _COARSE_HALF_WIDTH_PX, polarity
-    )
+    unknown = np.zeros(polarity.shape)
+    blur = np.full(polarity.shape, core.config.blur_sigma)
+    while True:
+        beside = Surroundings(unknown, blur)
+        sampled, fits, lines = _measure_lines(
+            core, rig, model, images, cameras, T, offsets, _COARSE_HALF_WIDTH_PX, polarity, beside
+        )
+        shown = edge_blur(sampled, fits.weights > _TRUSTED, blur)
+        blurred = shown > _BLURRED * blur
+        if not blurred.any() or blur.max() >= _MAX_BLUR_PX:
+            break
+        # The fit of a step looks as far as the expected blur, and finds no more than twice of it.
+        blur = np.where(blurred, _BLUR_STEP * blur, shown)
+    blur = shown
     systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
     pose = refine_pose_lines(T, lines, cameras, systematics=systematics)
     T, z = pose.T_world_target, pose.z
     either = np.zeros_like(polarity)
     settled = False
     for number in range(_MAX_ROUNDS):
-        beside = None
-        if model.bracket is not None:
-            # At first only the blur is known; then the pose is near enough to tell the edges' two sides.
-            face = face_widths(cameras, T, model) if number > 0 else np.zeros(polarity.shape)
-            beside = surroundings(face, sampled, fits.weights > _TRUSTED)
+        # At first only the blur is known; then the pose is near enough to tell the edges' two sides, if the blur doesn't
+        # mix them anyway.
+        sided = number > 0 or float(np.median(blur)) > _MIXING_BLUR_PX
+        beside = Surroundings(face_widths(cameras, T, model) if sided else unknown, blur)
         offsets = knowledge.edge_offsets(T, z[: knowledge.lasting])
         sampled, fits, lines = _measure_lines(
             core, rig, model, images, cameras, T, offsets, _HALF_WIDTH_PX, either, beside
         )
+        blur = edge_blur(sampled, fits.weights > _TRUSTED, blur)
         systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
         pose = refine_pose_edges(T, lines, cameras, systematics)
         change = difference(pose.T_world_target, T)
@@ -198,12 +214,12 @@ def _measure_lines(
     offsets: FloatArray,
     half_width: float,
     polarity: IntArray,
-    beside: Surroundings | None = None,
+    beside: Surroundings,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
     sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity, beside, offsets)
     moved = np.zeros(polarity.shape)
-    if beside is not None:
+    if beside.face.any():
         sampled, moved = with_slopes(sampled)
     fits = fit_edge_lines(sampled.camera, sampled.edge, sampled.q, sampled.n, sampled.sigma)
     uneven = _PRINTED_SIGMA if model.bracket is None else _UNEVEN_SIGMA

@@ -25,8 +25,8 @@ class Surroundings:
     """What is known of the grey values beside the edges, in each view.
 
     face (cameras, edges): width, px, of the even face that an edge bounds, positive where it lies towards the normal
-    (-dy, dx) of the edge's projection, negative where away from it, 0 where unknown.  blur (cameras,): standard
-    deviation of the steps' blur, px; 0 where unknown.
+    (-dy, dx) of the edge's projection, negative where away from it, 0 where unknown.  blur (cameras, edges):
+    standard deviation of the steps' blur, px; 0 where unknown.
     """
 
     face: FloatArray
@@ -109,7 +109,7 @@ def sample_edges(
         wanted = polarity[camera, pieces.edge]
         beside = {}
         if surroundings is not None:
-            beside = {"face": surroundings.face[camera, pieces.edge], "blur_sigma": float(surroundings.blur[camera])}
+            beside = {"face": surroundings.face[camera, pieces.edge], "blur_sigma": surroundings.blur[camera, pieces.edge]}
         found = core.measure_edges(camera, image, ends.reshape(-1, 4), wanted, half_width, step, **beside)
         found["edge"] = pieces.edge[found["edge"]]
         np.add.at(attempted[camera], pieces.edge, _profiles_on_image(rig, camera, ends, step))
