@@ -21,6 +21,9 @@ constexpr double kMinViewScore = 0.35;
 constexpr double kMaxRms = 1.2;           // pixels
 constexpr double kHopelessRms = 6.0;      // pixels
 constexpr double kAmbiguousRatio = 0.92;  // runner-up to best
+// All distances are multiplied by it where nothing was found: a bracket or rig that is not quite what the files say, or a
+// blurred or distorted image.
+constexpr double kLooseness = 2.5;
 constexpr double kSameDistance = 0.03;    // of the range, between poses taken for the same
 constexpr double kSameAngle = 0.18;       // radians
 constexpr double kSameImage = 4.0;        // pixels, between the corners of two poses
@@ -61,8 +64,10 @@ ViewsSupport support_of(const RectRig& rig, const BracketModel& model, const Vie
   return {combine(support, count), least};
 }
 
+Tolerance times(const Tolerance& tolerance, double factor) { return {factor * tolerance.distance, tolerance.angle}; }
+
 Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
-                 const Proposal& proposal) {
+                 const Proposal& proposal, double looseness) {
   Candidate c = {proposal.pose, 0.0, false};
   LineMatch matches[2 * RVDNAV_EDGES];
   double rms = 0.0;
@@ -70,18 +75,19 @@ Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegmen
     uint32_t n = 0;
     uint32_t left_count = 0;
     for (int32_t camera = 0; camera < 2; ++camera) {
-      if (present[camera]) n += match_edges(rig, model, camera, views[camera], c.pose, tolerance, matches + n);
+      if (present[camera])
+        n += match_edges(rig, model, camera, views[camera], c.pose, times(tolerance, looseness), matches + n);
       if (camera == 0) left_count = n;
     }
     n = drop_contradictions(matches, left_count, n);
     if (n < kMinMatches || !fit_pose_to_lines(rig, matches, n, 10, kHopelessRms, &c.pose, &rms)) return c;
   }
-  const ViewsSupport near = support_of(rig, model, views, present, c.pose, kNear);
-  const ViewsSupport close = support_of(rig, model, views, present, c.pose, kClose);
+  const ViewsSupport near = support_of(rig, model, views, present, c.pose, times(kNear, looseness));
+  const ViewsSupport close = support_of(rig, model, views, present, c.pose, times(kClose, looseness));
   int32_t seen = 0;
   for (double covered : near.both.covered) seen += covered >= kEdgeSupported ? 1 : 0;
   c.score = 0.5 * (near.both.fraction + close.both.fraction);
-  c.usable = rms <= kMaxRms && seen >= kMinEdges && near.least >= kMinViewScore && c.score >= kMinScore;
+  c.usable = rms <= looseness * kMaxRms && seen >= kMinEdges && near.least >= kMinViewScore && c.score >= kMinScore;
   return c;
 }
 
@@ -99,11 +105,8 @@ bool same_image(const RectRig& rig, const BracketModel& model, int32_t camera, c
   return true;
 }
 
-}  // namespace
-
-rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
-                               const bool present[2], const RangeGate& gate, const Proposal* proposals,
-                               uint32_t proposal_count) {
+rvdnav_bracket choose(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
+                      const RangeGate& gate, const Proposal* proposals, uint32_t proposal_count, double looseness) {
   rvdnav_bracket result = {};
   Candidate best = {{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, 0.0, false};
   Candidate second = best;
@@ -112,7 +115,7 @@ rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, co
     return same_pose(a, b) || same_image(rig, model, present[0] ? 0 : 1, a, b);
   };
   for (uint32_t i = 0; i < proposal_count; ++i) {
-    const Candidate c = verify(rig, model, views, present, proposals[i]);
+    const Candidate c = verify(rig, model, views, present, proposals[i], looseness);
     if (!c.usable || !gate.admits(c.pose)) continue;
     if (!best.usable) {
       best = c;
@@ -138,6 +141,17 @@ rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, co
     for (int32_t j = 0; j < 3; ++j) result.R_W_C[3 * i + j] = R_W_C(i, j);
   }
   return result;
+}
+
+}  // namespace
+
+rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
+                               const bool present[2], const RangeGate& gate, const Proposal* proposals,
+                               uint32_t proposal_count) {
+  const rvdnav_bracket exact = choose(rig, model, views, present, gate, proposals, proposal_count, 1.0);
+  if (exact.found != 0) return exact;
+  const rvdnav_bracket loose = choose(rig, model, views, present, gate, proposals, proposal_count, kLooseness);
+  return loose.found != 0 ? loose : exact;
 }
 
 }  // namespace rvdnav

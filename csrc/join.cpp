@@ -1,6 +1,9 @@
 #include "join.hpp"
 
+#include <Eigen/Geometry>
+
 #include "bracket.hpp"
+#include "bracket_support.hpp"
 #include "epipolar.hpp"
 #include "expect.hpp"
 #include "stage_clock.hpp"
@@ -13,6 +16,7 @@ namespace {
 // Windows around an acquired pose: the segments behind it are good to about a pixel.
 constexpr double kAcquiredHalfRho = 2.5;      // pixels
 constexpr double kAcquiredHalfTheta = 0.035;  // radians
+constexpr Tolerance kAcquired = {4.0, 0.06};  // pixels, sine: of a segment that is taken for an edge
 // Points correlated on each bar's face, evenly spread between its corners.
 constexpr int32_t kPointsPerBar = 4;
 static_assert(kPointsPerBar * RVDNAV_BARS <= RVDNAV_MAX_MATCHES, "more points than results");
@@ -23,6 +27,27 @@ Pose pose_of(const rvdnav_bracket& bracket) {
     R_W_C.row(i) << bracket.R_W_C[3 * i], bracket.R_W_C[3 * i + 1], bracket.R_W_C[3 * i + 2];
   const Eigen::Matrix3d R_rect_world = R_world_rect().transpose();
   return {R_rect_world * R_W_C, R_rect_world * Eigen::Vector3d(bracket.p_W[0], bracket.p_W[1], bracket.p_W[2])};
+}
+
+// Where a segment lies along an edge, within what a bracket or a rig that is a little off allows, the window is put
+// around that.
+void centre_on_segments(const RectRig& rig, const BracketModel& model, int32_t camera, const ViewSegments& segments,
+                        const Pose& pose, rvdnav_window* windows, uint32_t n) {
+  LineMatch matches[RVDNAV_EDGES];
+  const uint32_t found = match_edges(rig, model, camera, segments, pose, kAcquired, matches);
+  for (uint32_t i = 0; i < found; ++i) {
+    const BracketModel::Edge& front = model.edge[matches[i].edge];
+    const Eigen::Vector3d along = front.b - front.a;
+    const bool behind = (matches[i].from - front.a).cross(along).norm() > 1e-9 * along.squaredNorm();
+    for (uint32_t k = 0; k < n && !behind; ++k) {
+      if (windows[k].edge != matches[i].edge) continue;
+      // Signed along the window's normal, in the middle of the edge.
+      const Line2 expected = Line2::from_angle(windows[k].rho, windows[k].theta);
+      const Eigen::Vector2d middle = expected.at(0.5 * (windows[k].t_min + windows[k].t_max));
+      const double facing = expected.normal.dot(matches[i].line.normal) > 0.0 ? 1.0 : -1.0;
+      windows[k].rho -= facing * matches[i].line.distance(middle);
+    }
+  }
 }
 
 void acquire_from_views(Context& c, const GreyView* images[2], rvdnav_frame_result* result) {
@@ -45,6 +70,7 @@ void acquire_from_views(Context& c, const GreyView* images[2], rvdnav_frame_resu
     if (!present[camera]) continue;
     rvdnav_window windows[RVDNAV_EDGES];
     const uint32_t n = expect_edges(rig, c.model, camera, pose, kAcquiredHalfRho, kAcquiredHalfTheta, windows);
+    centre_on_segments(rig, c.model, camera, segments[camera], pose, windows, n);
     track_lines(c, camera, *images[camera], windows, n, &result->view[camera]);
   }
 }

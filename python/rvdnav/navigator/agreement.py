@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.knowledge import Knowledge
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.one_view import one_view_pose
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference
@@ -44,18 +45,22 @@ def _chosen(lines: LineMeasurements, chosen: BoolArray) -> LineMeasurements:
     return LineMeasurements(*(getattr(lines, field.name)[chosen] for field in attrs.fields(LineMeasurements)))
 
 
-def disparity_errors(matches: NDArray[np.void], T_world_target: FloatArray, bracket: Bracket, rig: Rig) -> FloatArray:
-    """Disparities (k,) of the accepted ones of correlated points (MATCH records) on the bars' faces minus what the pose
-    (4, 4) predicts for them, px."""
+def disparity_errors(
+    matches: NDArray[np.void], pose: RefinedPose, bracket: Bracket, rig: Rig, knowledge: Knowledge
+) -> tuple[FloatArray, FloatArray]:
+    """Disparities (k,) of the accepted ones of correlated points (MATCH records) on the bars' faces minus what a pose
+    predicts for them, px, and the standard deviations (k,) that the calibration leaves to them."""
     matches = matches[matches["accepted"] != 0]
     if len(matches) == 0:
-        return np.zeros(0)
-    T = T_world_target
+        return np.zeros(0), np.zeros(0)
+    T = pose.T_world_target
     R_rect_world = rig.R_world_rect.T
     # The face is the plane x_C = const; its normal and a point on it, seen from the left camera in rectified axes.
     normal = R_rect_world @ T[:3, 0]
     point = R_rect_world @ (T[:3, :3] @ bracket.outer[0] + T[:3, 3] - rig.T_world_cam[0][:3, 3])
-    rays = np.column_stack([matches["x"], matches["y"], np.full(len(matches), rig.focal_rect)]) / rig.focal_rect
+    xy = np.column_stack([matches["x"], matches["y"]])
+    rays = np.column_stack([xy, np.full(len(matches), rig.focal_rect)]) / rig.focal_rect
     depth = (normal @ point) / (rays @ normal)
-    errors: FloatArray = matches["disparity"] - rig.focal_rect * rig.baseline / depth
-    return errors
+    predicted: FloatArray = rig.focal_rect * rig.baseline / depth
+    correction, sigma = knowledge.disparity_corrections(xy, predicted, pose)
+    return matches["disparity"] - predicted + correction, sigma

@@ -68,6 +68,18 @@ class CalibrationEffect:
         derivatives: FloatArray = by_focal - by_center - self._line_shift(T_world_target, lines)
         return derivatives
 
+    def disparity_derivatives(self, xy: FloatArray, disparity: FloatArray) -> FloatArray:
+        """Derivatives (k, p) of what is measured of disparities less what a pose predicts for them.
+
+        xy (k, 2): left rectified points, px; disparity (k,), px: predicted.
+        """
+        right = xy - np.column_stack([disparity, np.zeros(len(xy))])
+        moved = [self._point_shift(np.array([camera]), points[None])[0][0, :, 0] for camera, points in enumerate((xy, right))]
+        apart = self.centers[0, 2] - self.centers[1, 2]
+        by_rig = self.focal / self.rig.focal_rect + apart / self.rig.baseline
+        derivatives: FloatArray = moved[0] - moved[1] - disparity[:, None] * by_rig
+        return derivatives
+
     def pose_derivative(self, pose: RefinedPose, lines: LineMeasurements) -> FloatArray:
         """Derivative (6, p) of a pose refined over these lines, order (position, rotation) in W."""
         derivative: FloatArray = -np.tensordot(pose.gain, self.residual_derivatives(pose.T_world_target, lines), 2)

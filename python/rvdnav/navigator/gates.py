@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rvdnav.core import FrameResult
 from rvdnav.navigator.agreement import disparity_errors, view_difference
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.knowledge import Knowledge
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
@@ -40,6 +41,7 @@ def failed_gates(
     model: EdgeModel,
     frame: FrameResult,
     rig: Rig,
+    knowledge: Knowledge,
     settings: NavigatorSettings,
     range_gate: tuple[float, float],
 ) -> frozenset[Reason]:
@@ -59,9 +61,9 @@ def failed_gates(
         # A bar beside itself is so in every view.
         if 2 * displaced_bars(front, measurement.polarity) >= views * settings.min_displaced_bars:
             reasons.add(Reason.DISPLACED)
-        errors = disparity_errors(frame.matches, pose.T_world_target, model.bracket, rig)
+        errors, sigmas = disparity_errors(frame.matches, pose, model.bracket, rig, knowledge)
         # Of faces without texture a few points are matched to something else: only most of them together contradict.
-        astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px)
+        astray = np.count_nonzero(np.abs(errors) > settings.max_disparity_px + settings.view_sigmas * sigmas)
         if len(errors) >= _MIN_MATCHES and 2 * astray > len(errors):
             reasons.add(Reason.CROSS_VIEW)
     # The surface between a bracket's edges is the bracket itself, while any target's may be printed with lines.

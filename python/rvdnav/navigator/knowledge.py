@@ -29,6 +29,8 @@ _STEP_PART = 0.07
 # Part of what was learnt that still counts in the next frame: lens remains, light and sampling displace the lines of
 # neighbouring frames alike, so their errors don't average out.
 _KEPT = 0.7
+# Of the tolerance of a point, what all of them have in common.
+_COMMON_PART = 0.5
 # Directions of the calibration's covariance below this part of the largest are none.
 _NEGLIGIBLE = 1e-12
 
@@ -133,6 +135,29 @@ class Knowledge:
         lines = LineMeasurements(camera, edge, self._model.edge_points[edge], rho, theta, no_covariance)
         offsets: FloatArray = (self.derivative(T_world_target, lines) @ z).reshape(views, count, 2)
         return offsets
+
+    def disparity_corrections(
+        self, xy: FloatArray, disparity: FloatArray, pose: RefinedPose
+    ) -> tuple[FloatArray, FloatArray]:
+        """What to add (k,), px, to disparities that were measured less those that a refined pose predicts, for what its
+        frame tells of the calibration, and the standard deviations (k,) of that.
+
+        xy (k, 2): left rectified points, px; disparity (k,), px: predicted.
+        """
+        if self._effect is None:
+            return np.zeros(len(xy)), np.zeros(len(xy))
+        derivatives = self._effect.disparity_derivatives(xy, disparity) @ self._directions
+        own = slice(len(self._point_sigma), self.lasting)
+        covariance = pose.joint_covariance[6:, 6:][own, own]
+        return derivatives @ pose.z[own], np.sqrt(np.einsum("ki,ij,kj->k", derivatives, covariance, derivatives))
+
+    def common_covariance(self, pose: RefinedPose) -> FloatArray:
+        """(6, 6) by what errs in all points alike, as where their lengths were measured from one end: no line shows it."""
+        covariance = np.zeros((6, 6))
+        if len(self._point_sigma) > 0:
+            variance = float(np.mean(self._point_sigma**2)) * pose.scales[TARGET] ** 2
+            covariance[:3, :3] = _COMMON_PART**2 * variance * np.eye(3)
+        return covariance
 
     def own_covariance(self, pose: RefinedPose, systematics: Systematics) -> FloatArray:
         """(6, 6) of a refined pose by what is this frame's own, and by what it changed of the lasting parameters."""

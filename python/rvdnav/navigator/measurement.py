@@ -59,6 +59,8 @@ _STRAIGHT_PX = 0.7
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.2
 _PRINTED_SIGMA = 1.5
+# By which a blur wider than the configured one may displace an edge, as a part of what it is wider.
+_BLUR_SIGMA = 0.1
 # How far what slopes beside an edge have moved it may be wrong, as a part of it.
 _MOVED_SIGMA = 0.5
 
@@ -201,6 +203,7 @@ def measure(
     systematics = attrs.evolve(systematics, scales=pose.scales)
     own = knowledge.own_covariance(pose, systematics)
     taught = knowledge.taught(learned, pose)
+    pose = attrs.evolve(pose, covariance=pose.covariance + knowledge.common_covariance(pose))
     return Measurement(pose, lines, sampled, inlier, settled, back, own, systematics, taught, seen)
 
 
@@ -231,6 +234,9 @@ def _measure_lines(
         border = border_separation(core, rig, images, model, T_world_target, sampled, fits)
         separation = np.maximum(separation, border)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
+    # A wide blur mixes an edge with more of what is beside it.
+    excess = np.sqrt(np.maximum(beside.blur**2 - core.config.blur_sigma**2, 0.0))
+    shift_sigma = np.hypot(_BLUR_SIGMA * excess[fits.camera, fits.edge], shift_sigma)
     endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)
     return sampled, fits, lines
