@@ -20,6 +20,7 @@ __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
 _SIZES = ("long_base", "short_base", "height", "bar_width")
 _KEYS = ("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edges", "faces", *_SIZES)
+_KNOWLEDGE = ("tolerance",)
 
 UNSTATED_TOLERANCE = 3e-4
 """Standard deviation of a point's coordinates where the file says nothing, m: a thing measured with calipers."""
@@ -103,6 +104,8 @@ class Target:
         self._check_faces()
         if not 0.0 <= self.bar_thickness < np.inf:
             raise ValueError("bar_thickness is not a length")
+        if self.tolerance is not None:
+            self._check_tolerance(self.tolerance)
         if not self.bars or not {"l1", "l2", "l3", "l4"} <= self.lines.keys():
             return None
         outer, inner = _bracket_names(self.lines, self.bars)
@@ -153,6 +156,14 @@ class Target:
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names a point twice")
 
+    def _check_tolerance(self, tolerance: Mapping[str, float]) -> None:
+        if tolerance.keys() != self.points.keys():
+            raise ValueError("tolerance names other points than there are")
+        size = float(np.ptp(np.array(list(self.points.values())), axis=0).max())
+        for name, sigma in tolerance.items():
+            if not 0.0 <= sigma <= size:
+                raise ValueError(f"the tolerance of {name} is not between 0 and the target's size")
+
     def _check_faces(self) -> None:
         for face in self.faces:
             if len(face) < 3:
@@ -202,7 +213,7 @@ def load_target(path: str | Path) -> Target:
     edges, contradicts itself (see `Target`), or states a size that its points do not have.
     """
     section = read_yaml(Path(path))
-    section.only(*_KEYS)
+    section.only(*_KEYS, *_KNOWLEDGE)
     if section.text("units") not in _METRES:
         raise section.fault("units", f"{section.text('units')!r} is not supported, only 'mm' and 'm'")
     scale = _METRES[section.text("units")]
@@ -225,6 +236,7 @@ def load_target(path: str | Path) -> Target:
             faces=section.text_lists("faces") if "faces" in section else (),
             dimensions_known=known,
         )
+        target = attrs.evolve(target, tolerance=_read_tolerance(section, scale, target))
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
     if known and target.bracket is not None:
@@ -235,6 +247,17 @@ def load_target(path: str | Path) -> Target:
 def _read_points(section: Section, scale: float) -> dict[str, FloatArray]:
     points = section.section("points")
     return {name: scale * points.numbers(name, 3) for name in points}
+
+
+def _read_tolerance(section: Section, scale: float, target: Target) -> dict[str, float] | None:
+    """By point: one number for all, or some for those that are named, the others' being unstated; None without any."""
+    if "tolerance" not in section:
+        return None
+    if not isinstance(section.values["tolerance"], Mapping):
+        return dict.fromkeys(target.points, scale * section.number("tolerance"))
+    named = section.section("tolerance")
+    named.only(*target.points)
+    return {name: scale * named.number(name) if name in named else UNSTATED_TOLERANCE for name in target.points}
 
 
 def _placeholder_points(

@@ -23,6 +23,9 @@ def save_target(target: Target, path: str | Path) -> None:
     lines.append("points:")
     for name, point in target.points.items():
         lines.append(f"  {_quoted(name)}: [{', '.join(map(_millimetres, point.tolist()))}]")
+    if target.tolerance is not None:
+        lines.append("tolerance:  # standard deviation of each coordinate of a point")
+        lines += [f"  {_quoted(name)}: {_millimetres(sigma)}" for name, sigma in target.tolerance.items()]
     if target.lines:
         lines.append("lines:")
         lines += [f"  {_quoted(name)}: {_names(ends)}" for name, ends in target.lines.items()]

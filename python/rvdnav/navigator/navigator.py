@@ -83,7 +83,7 @@ class Navigator:
 
     @memory.setter
     def memory(self, memory: Memory) -> None:
-        memory.check_fits(len(self._rig.cameras), len(self._model))
+        memory.check_fits(len(self._rig.cameras), len(self._model), self._knowledge.lasting)
         self._memory = memory
         self._filter.state = memory.filter_state
         if self._sizing is not None:

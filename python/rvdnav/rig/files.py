@@ -23,6 +23,8 @@ from rvdnav.yamlio import Section, read_yaml
 CAMCHAIN = "camchain.yaml"
 RIG = "rig.yaml"
 _COVARIANCE = "calibration_covariance"
+_EXACT = "exact"
+"""In its place: of rendered images."""
 _CAMERA_KEYS = ("camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1")
 _OTHERS_KEYS = ("rostopic", "cam_overlaps", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu", "line_delay")
 """What Kalibr and those who read its files write besides; no concern of ours."""
@@ -92,6 +94,9 @@ def _read_transform(section: Section, key: str) -> FloatArray:
 def _with_covariance(rig: Rig, placed: Section) -> Rig:
     if _COVARIANCE not in placed:
         return rig
+    if placed.values[_COVARIANCE] == _EXACT:
+        size = len(calibration_parameters(len(rig.cameras)))
+        return attrs.evolve(rig, calibration_covariance=np.zeros((size, size)))
     section = placed.section(_COVARIANCE)
     section.only("parameters", "matrix")
     names = calibration_parameters(len(rig.cameras))
@@ -150,7 +155,9 @@ def save_rig(rig: Rig, folder: str | Path) -> None:
     placed = ["# T_world_cam maps camera coordinates to the world W, metres"]
     for index, T in enumerate(rig.T_world_cam):
         placed += [f"T_world_cam{index}:", *_matrix_lines(T, "")]
-    if rig.calibration_covariance is not None:
+    if rig.calibration_covariance is not None and not rig.calibration_covariance.any():
+        placed.append(f"{_COVARIANCE}: {_EXACT}")
+    elif rig.calibration_covariance is not None:
         placed += [
             "# of the calibration, px, rad, m; R_cam1_cam0 = exp([rx ry rz]x) R_hat",
             f"{_COVARIANCE}:",
