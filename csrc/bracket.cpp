@@ -24,12 +24,15 @@ constexpr double kAmbiguousRatio = 0.92;  // runner-up to best
 // All distances are multiplied by it where nothing was found: a bracket or rig that is not quite what the files say, or a
 // blurred or distorted image.
 constexpr double kLooseness = 2.5;
+// How far the right view may then lie off, pixels: a calibration by hand.
+constexpr double kShiftSigma = 5.0;
 constexpr double kSameDistance = 0.03;    // of the range, between poses taken for the same
 constexpr double kSameAngle = 0.18;       // radians
 constexpr double kSameImage = 4.0;        // pixels, between the corners of two poses
 
 struct Candidate {
   Pose pose;
+  Eigen::Vector2d right_shift;
   double score;
   bool usable;
 };
@@ -66,9 +69,11 @@ ViewsSupport support_of(const RectRig& rig, const BracketModel& model, const Vie
 
 Tolerance times(const Tolerance& tolerance, double factor) { return {factor * tolerance.distance, tolerance.angle}; }
 
-Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
+Candidate verify(const RectRig& calibrated, const BracketModel& model, const ViewSegments views[2], const bool present[2],
                  const Proposal& proposal, double looseness) {
-  Candidate c = {proposal.pose, 0.0, false};
+  Candidate c = {proposal.pose, Eigen::Vector2d::Zero(), 0.0, false};
+  RectRig rig = calibrated;
+  const double shift_sigma = looseness > 1.0 && present[0] && present[1] ? kShiftSigma : 0.0;
   LineMatch matches[2 * RVDNAV_EDGES];
   double rms = 0.0;
   for (const Tolerance& tolerance : kRounds) {
@@ -80,8 +85,10 @@ Candidate verify(const RectRig& rig, const BracketModel& model, const ViewSegmen
       if (camera == 0) left_count = n;
     }
     n = drop_contradictions(matches, left_count, n);
-    if (n < kMinMatches || !fit_pose_to_lines(rig, matches, n, 10, kHopelessRms, &c.pose, &rms)) return c;
+    if (n < kMinMatches || !fit_pose_and_shift(&rig, matches, n, shift_sigma, 10, looseness * kHopelessRms, &c.pose, &rms))
+      return c;
   }
+  c.right_shift = rig.right_shift;
   const ViewsSupport near = support_of(rig, model, views, present, c.pose, times(kNear, looseness));
   const ViewsSupport close = support_of(rig, model, views, present, c.pose, times(kClose, looseness));
   int32_t seen = 0;
@@ -106,9 +113,11 @@ bool same_image(const RectRig& rig, const BracketModel& model, int32_t camera, c
 }
 
 rvdnav_bracket choose(const RectRig& rig, const BracketModel& model, const ViewSegments views[2], const bool present[2],
-                      const RangeGate& gate, const Proposal* proposals, uint32_t proposal_count, double looseness) {
+                      const RangeGate& gate, const Proposal* proposals, uint32_t proposal_count, double looseness,
+                      Eigen::Vector2d* right_shift) {
   rvdnav_bracket result = {};
-  Candidate best = {{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, 0.0, false};
+  Candidate best = {
+      {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}, Eigen::Vector2d::Zero(), 0.0, false};
   Candidate second = best;
   const auto no_rivals = [&](const Pose& a, const Pose& b) {
     if (present[0] && present[1]) return same_pose(a, b);
@@ -134,6 +143,7 @@ rvdnav_bracket choose(const RectRig& rig, const BracketModel& model, const ViewS
   result.runner_up = second.usable && !no_rivals(best.pose, second.pose) ? second.score : 0.0;
   result.ambiguous = result.runner_up > kAmbiguousRatio * result.score ? 1 : 0;
   result.found = result.ambiguous == 0 ? 1 : 0;
+  *right_shift = best.right_shift;
   const Eigen::Matrix3d R_W_C = R_world_rect() * best.pose.R;
   const Eigen::Vector3d p_W = R_world_rect() * best.pose.p;
   for (int32_t i = 0; i < 3; ++i) {
@@ -147,10 +157,12 @@ rvdnav_bracket choose(const RectRig& rig, const BracketModel& model, const ViewS
 
 rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
                                const bool present[2], const RangeGate& gate, const Proposal* proposals,
-                               uint32_t proposal_count) {
-  const rvdnav_bracket exact = choose(rig, model, views, present, gate, proposals, proposal_count, 1.0);
+                               uint32_t proposal_count, Eigen::Vector2d* right_shift) {
+  right_shift->setZero();
+  const rvdnav_bracket exact = choose(rig, model, views, present, gate, proposals, proposal_count, 1.0, right_shift);
   if (exact.found != 0) return exact;
-  const rvdnav_bracket loose = choose(rig, model, views, present, gate, proposals, proposal_count, kLooseness);
+  const rvdnav_bracket loose =
+      choose(rig, model, views, present, gate, proposals, proposal_count, kLooseness, right_shift);
   return loose.found != 0 ? loose : exact;
 }
 

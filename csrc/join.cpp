@@ -61,11 +61,13 @@ void acquire_from_views(Context& c, const GreyView* images[2], rvdnav_frame_resu
     segments[camera] = {work.segments, work.segment_lines, work.segment_count};
     for (uint32_t i = 0; i < work.proposal_count; ++i) c.proposals[count++] = work.proposals[i];
   }
-  const RectRig rig = rect_rig(c.rig);
-  result->bracket =
-      acquire_bracket(rig, c.model, segments, present, {c.config.range_min, c.config.range_max}, c.proposals, count);
+  RectRig rig = rect_rig(c.rig);
+  Eigen::Vector2d right_shift;
+  result->bracket = acquire_bracket(rig, c.model, segments, present, {c.config.range_min, c.config.range_max},
+                                    c.proposals, count, &right_shift);
   if (result->bracket.found == 0) return;
   const Pose pose = pose_of(result->bracket);
+  rig.right_shift = right_shift;
   for (int32_t camera = 0; camera < 2; ++camera) {
     if (!present[camera]) continue;
     rvdnav_window windows[RVDNAV_EDGES];

@@ -27,4 +27,9 @@ struct LineMatch {
 bool fit_pose_to_lines(const RectRig& rig, const LineMatch* matches, uint32_t count, int32_t max_iterations,
                        double hopeless_rms, Pose* pose, double* rms);
 
+// The same with the right view's shift, which a calibration that is off makes seem to lie elsewhere: it is found with the
+// pose, as normally distributed about zero with a standard deviation of shift_sigma pixels.
+bool fit_pose_and_shift(RectRig* rig, const LineMatch* matches, uint32_t count, double shift_sigma,
+                        int32_t max_iterations, double hopeless_rms, Pose* pose, double* rms);
+
 }  // namespace rvdnav

@@ -13,6 +13,7 @@ namespace rvdnav {
 struct RectRig {
   double focal;     // pixels
   double baseline;  // metres, from the right to the left camera along -x_R
+  Eigen::Vector2d right_shift = Eigen::Vector2d::Zero();  // pixels, by which the right view lies off its calibration
 
   // The camera's centre in R.
   Eigen::Vector3d centre(int32_t camera) const { return {camera == 0 ? -baseline : 0.0, 0.0, 0.0}; }
@@ -20,11 +21,17 @@ struct RectRig {
   // Rectified pixel of a point in front of the camera.
   Eigen::Vector2d project(int32_t camera, const Eigen::Vector3d& p_R) const {
     const Eigen::Vector3d p = p_R - centre(camera);
-    return {focal * p.x() / p.z(), focal * p.y() / p.z()};
+    const Eigen::Vector2d xy(focal * p.x() / p.z(), focal * p.y() / p.z());
+    return camera == 0 ? xy : Eigen::Vector2d(xy + right_shift);
   }
 };
 
-inline RectRig rect_rig(const rvdnav_rig& rig) { return {rig.focal_rect, rig.baseline}; }
+inline RectRig rect_rig(const rvdnav_rig& rig) {
+  RectRig rect;
+  rect.focal = rig.focal_rect;
+  rect.baseline = rig.baseline;
+  return rect;
+}
 
 inline Eigen::Matrix3d R_world_rect() {
   Eigen::Matrix3d R;

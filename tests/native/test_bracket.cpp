@@ -38,8 +38,9 @@ rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool
                                         found, 32, &limited);
     proposals.insert(proposals.end(), found, found + n);
   }
+  Eigen::Vector2d right_shift;
   return acquire_bracket(views::rig(), kModel, faces, present, kGate, proposals.data(),
-                         static_cast<uint32_t>(proposals.size()));
+                         static_cast<uint32_t>(proposals.size()), &right_shift);
 }
 
 }  // namespace

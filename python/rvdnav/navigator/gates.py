@@ -11,7 +11,7 @@ from rvdnav.core import FrameResult
 from rvdnav.navigator.agreement import disparity_errors, view_difference
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.knowledge import Knowledge
-from rvdnav.navigator.measurement import Measurement
+from rvdnav.navigator.measurement import Measurement, blur_excess
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
@@ -43,17 +43,18 @@ def failed_gates(
     rig: Rig,
     knowledge: Knowledge,
     settings: NavigatorSettings,
-    range_gate: tuple[float, float],
+    config: Any,
 ) -> frozenset[Reason]:
-    """What speaks against publishing the measurement by itself; empty if nothing does."""
+    """What speaks against publishing the measurement by itself; empty if nothing does.  config: the core's."""
     reasons = set()
-    pose = measurement.pose
+    pose, lines = measurement.pose, measurement.lines
     acquired = frame.bracket is not None
     if not _enough_shown(measurement, model, settings, acquired):
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
-    if _rms_px(measurement) > settings.max_rms_px:
+    excess = float(np.median(blur_excess(measurement.blur[lines.camera, lines.edge], config.blur_sigma)))
+    if _rms_px(measurement) > np.hypot(settings.max_rms_px, settings.max_rms_blurs * excess):
         reasons.add(Reason.RESIDUALS)
     views = len(measurement.cameras)
     if model.bracket is not None:
@@ -71,7 +72,7 @@ def failed_gates(
     if views > 1 and view_difference(measurement, rig, loss) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
-    if not range_gate[0] <= distance <= range_gate[1]:
+    if not config.range_min <= distance <= config.range_max:
         reasons.add(Reason.RANGE_GATE)
     if _too_uncertain(pose.covariance, distance, settings):
         # The rival's share widens the covariance; without it the pose by itself is sure enough.

@@ -113,7 +113,7 @@ class Knowledge:
         ends = self._model.ends[lines.edge]
         derivative[row, :, ends[:, 0]] = (1.0 - part)[:, :, None] * by_end
         derivative[row, :, ends[:, 1]] += part[:, :, None] * by_end
-        return derivative.reshape(len(lines), 2, -1)
+        return derivative.reshape(len(lines), 2, 3 * len(self._model.point_sigmas))
 
     def expected(self, learned: Learned) -> FloatArray:
         """The lasting parameters (p,) as the frames so far tell them."""

@@ -59,7 +59,8 @@ _STRAIGHT_PX = 0.7
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.2
 _PRINTED_SIGMA = 1.5
-# By which a blur wider than the configured one may displace an edge, as a part of what it is wider.
+# Up to this multiple of the configured blur a step is sharp; beyond, by which part of the rest the blur may displace it.
+_SHARP = 1.5
 _BLUR_SIGMA = 0.1
 # How far what slopes beside an edge have moved it may be wrong, as a part of it.
 _MOVED_SIGMA = 0.5
@@ -83,6 +84,8 @@ class Measurement:
 
     own_covariance: FloatArray
     """(6, 6) of what errs in this frame alone, and what it changed of the lasting errors; that of ``pose`` has all."""
+    blur: FloatArray
+    """(cameras, edges) standard deviation of the steps' blur, px."""
     systematics: Systematics
     """Of ``lines``: what was known of their common errors before this frame, at the scales that it shows."""
     learned: Learned
@@ -123,6 +126,12 @@ def line_polarity(sampled: SampledEdges, fits: EdgeLines) -> IntArray:
     total = np.zeros(sampled.attempted.shape)
     np.add.at(total, (sampled.camera, sampled.edge), fits.weights * sampled.polarity)
     return np.sign(total[fits.camera, fits.edge]).astype(np.int64)
+
+
+def blur_excess(blur: FloatArray, configured: float) -> FloatArray:
+    """What of steps' blurs, px, goes beyond a lens in focus."""
+    excess: FloatArray = np.sqrt(np.maximum(blur**2 - (_SHARP * configured) ** 2, 0.0))
+    return excess
 
 
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
@@ -204,7 +213,7 @@ def measure(
     own = knowledge.own_covariance(pose, systematics)
     taught = knowledge.taught(learned, pose)
     pose = attrs.evolve(pose, covariance=pose.covariance + knowledge.common_covariance(pose))
-    return Measurement(pose, lines, sampled, inlier, settled, back, own, systematics, taught, seen)
+    return Measurement(pose, lines, sampled, inlier, settled, back, own, blur, systematics, taught, seen)
 
 
 def _measure_lines(
@@ -235,7 +244,7 @@ def _measure_lines(
         separation = np.maximum(separation, border)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
     # A wide blur mixes an edge with more of what is beside it.
-    excess = np.sqrt(np.maximum(beside.blur**2 - core.config.blur_sigma**2, 0.0))
+    excess = blur_excess(beside.blur, core.config.blur_sigma)
     shift_sigma = np.hypot(_BLUR_SIGMA * excess[fits.camera, fits.edge], shift_sigma)
     endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)

@@ -26,14 +26,14 @@ class NavigatorSettings:
     """Part of all edges' length, over the views together, that must agree with the pose."""
     min_displaced_bars: int = attrs.field(default=2)
     """Bars, counted in each view, that look measured a bar's width beside themselves, from which a pose is refused."""
-    max_rms_px: float = 0.2
+    max_rms_px: float = 0.6
     """Weighted RMS of the edge samples against the pose, pixels."""
+    max_rms_blurs: float = 0.15
+    """What an image out of focus or moved adds to that, as a part of the blur beyond a sharp image's."""
     max_disparity_px: float = 1.5
     """Disagreement with the pose, pixels, that most of the correlated points' disparities must not exceed."""
     view_sigmas: float = 3.0
     """Largest distance between the poses that each view gives by itself, in standard deviations of both."""
-    calibration_sigma: float = 0.0007
-    """What the calibration of a camera may err: radians, and position as a part of the range."""
     max_position_sigma: float = 0.006
     """Largest standard deviation of the position along any direction, metres."""
     max_attitude_sigma: float = math.radians(0.65)

@@ -141,9 +141,9 @@ class Surveyor:
             return Attempt(frozenset({Reason.DEGENERATE}), frame, images)
         finally:
             lap(times, "pose", start)
-        config = self._core.config
-        gate = (config.range_min, config.range_max)
-        reasons = failed_gates(measurement, self._model, frame, self._rig, self._knowledge, self._settings, gate)
+        reasons = failed_gates(
+            measurement, self._model, frame, self._rig, self._knowledge, self._settings, self._core.config
+        )
         return Attempt(reasons, frame, images, measurement)
 
     def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
