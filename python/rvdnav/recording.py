@@ -10,7 +10,7 @@ import attrs
 from rvdnav.conventions import parse_timestamp_ns
 from rvdnav.errors import InputError
 from rvdnav.files import plain_name, read_rows
-from rvdnav.images import ImageError, png_size
+from rvdnav.images import ImageError, image_size
 from rvdnav.rig import Rig
 
 
@@ -77,7 +77,7 @@ def check_images(entries: list[Entry], rig: Rig, notices: list[str]) -> list[Ent
     checked = []
     for entry in entries:
         try:
-            size = png_size(entry.path)
+            size = image_size(entry.path)
         except ImageError as error:
             notices.append(missing(entry, error))
             checked.append(attrs.evolve(entry, readable=False))

@@ -9,7 +9,7 @@ from pathlib import Path
 import attrs
 
 from rvdnav.errors import InputError
-from rvdnav.images import Image, ImageError, read_png
+from rvdnav.images import Image, ImageError, read_image
 from rvdnav.recording import Entry, Moment, check_images, list_images, missing, pair, single
 from rvdnav.rig import Rig, load_rig
 from rvdnav.target import Target, load_target
@@ -49,7 +49,7 @@ class Sequence:
         self.truth = truth
         self._moments = moments
         self._notices = dict.fromkeys(notices)
-        self._conversions: set[str] = set()
+        self._told: set[str] = set()
 
     @property
     def notices(self) -> list[str]:
@@ -76,14 +76,15 @@ class Sequence:
         if entry is None or not entry.readable:
             return None
         try:
-            pixels, kind = read_png(entry.path)
+            raster = read_image(entry.path)
         except ImageError as error:
             self._notices[missing(entry, error)] = None
             return None
-        if kind is not None and kind not in self._conversions:
-            self._conversions.add(kind)
-            self._notices[f"{kind} images are converted to 8-bit grey, {entry.name} the first of them"] = None
-        return Image(pixels, entry.timestamp_ns)
+        for told in (raster.conversion, raster.ignored_orientation):
+            if told is not None and told not in self._told:
+                self._told.add(told)
+                self._notices[f"{told}, {entry.name} the first of them"] = None
+        return Image(raster.grey8, entry.timestamp_ns)
 
 
 def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLERANCE_NS) -> Sequence:

@@ -17,7 +17,7 @@ from drawn_scene import START_NS, STEP_NS, Look, bracket_target, draw_images, ex
 from rvdnav import Frame, InputError, Navigator, Rig, open_sequence
 from rvdnav.blackbox import Recorder, replay
 from rvdnav.errors import CoreError
-from rvdnav.images import Image, read_png
+from rvdnav.images import Image, read_image
 from rvdnav.output import read_solutions
 from rvdnav.solution import Reason, State
 
@@ -104,7 +104,7 @@ def test_what_is_recorded_is_what_was_delivered(lost: Path, images: list[tuple[n
     assert int(rows[4][3]) == START_NS + 6 * STEP_NS + 300_000
     for row, step in zip(rows[:4], steps[:4], strict=True):
         for camera in range(2):
-            pixels, _ = read_png(lost / f"cam{camera}" / "data" / row[2 + 2 * camera])
+            pixels = read_image(lost / f"cam{camera}" / "data" / row[2 + 2 * camera]).pixels
             np.testing.assert_array_equal(pixels, images[step][camera])
     solutions = read_solutions(lost)
     assert [s.reasons for s in solutions[1:4]] == [frozenset(), {Reason.TIME_ORDER}, frozenset()]
@@ -153,7 +153,7 @@ def test_the_digests_are_those_that_sha256sum_gives(lost: Path) -> None:
 def change_a_pixel(box: Path) -> Path:
     """In the left image of the box's first frame, where a corner of the bracket is."""
     path = box / "cam0" / "data" / f"{START_NS + 2 * STEP_NS}.png"
-    pixels, _ = read_png(path)
+    pixels = read_image(path).pixels
     T = pose(0.78, 0.01, 0.06, 2.0, -3.0, 2.0)
     middle = (TARGET.bracket.outer[0] + TARGET.bracket.outer[1]) / 2
     x, y = np.round(RIG.project(0, T[:3, :3] @ middle + T[:3, 3])).astype(int)
