@@ -16,7 +16,6 @@ import pytest
 from drawn_scene import START_NS, STEP_NS, Look, bracket_target, draw_images, example_rig, frame_of, pose
 from rvdnav import Frame, InputError, Navigator, Rig, open_sequence
 from rvdnav.blackbox import Recorder, replay
-from rvdnav.errors import CoreError
 from rvdnav.images import Image, read_image
 from rvdnav.output import read_solutions
 from rvdnav.solution import Reason, State
@@ -277,11 +276,14 @@ def test_a_folder_of_something_else_is_left_alone(images: list[tuple[np.ndarray,
     assert replay(tmp_path / "box").frames == 1
 
 
-def test_a_refused_call_begins_anew(images: list[tuple[np.ndarray, np.ndarray]]) -> None:
+def test_a_refused_call_is_as_if_it_had_not_been(images: list[tuple[np.ndarray, np.ndarray]], tmp_path: Path) -> None:
     held = recorder()
     held.process(frame_of(images[0], START_NS))
-    with pytest.raises(CoreError):
+    with pytest.raises(ValueError, match=r"704x100 px, but the rig's are 704x576"):
         held.process(frame_of([image[:100] for image in images[1]], START_NS + STEP_NS))
-    assert len(held) == 0
+    held.process(frame_of(images[1], START_NS + STEP_NS))
+    held.write(tmp_path / "box")
+    again = replay(tmp_path / "box")
+    assert (again.frames, again.difference) == (2, None)
     with pytest.raises(ValueError, match="at least one frame"):
         recorder(frames=0)

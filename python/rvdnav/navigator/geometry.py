@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rvdnav.pose import RectifiedCameras
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
+
+FAR_PX = 1e4
+"""Beyond every image: the core takes no coordinates, and no lengths, larger than this."""
 
 
 def rectified_cameras(rig: Rig) -> RectifiedCameras:
@@ -28,6 +31,11 @@ def project_edges(
     xy = cameras.project(np.full(len(points_C), camera), points_W)
     depths = (points_W - cameras.centers[camera]) @ cameras.R_rect_world[2]
     return xy.reshape(-1, 2, 2), depths.reshape(-1, 2)
+
+
+def within_reach(xy: FloatArray) -> BoolArray:
+    """Which edges (m,) have both their image points (m, 2, 2) where the core takes them; no other crosses an image."""
+    return np.asarray((np.abs(xy) <= FAR_PX).all(axis=(1, 2)), np.bool_)
 
 
 def line_of(xy: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
