@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import bisect
+import os
 from pathlib import Path
 
 import attrs
 
-from rvdnav.conventions import parse_timestamp_ns
+from rvdnav.conventions import NANOSECONDS, parse_timestamp_ns, timestamp_unit
 from rvdnav.errors import InputError
-from rvdnav.files import plain_name, read_rows
+from rvdnav.files import MOST_LINES, plain_name, read_rows
 from rvdnav.images import ImageError, image_size
 from rvdnav.rig import Rig
 
@@ -33,14 +34,25 @@ class Moment:
     right: Entry | None
 
 
-def list_images(camera: Path) -> list[Entry]:
-    """What one camera recorded, in time order; nothing when its folder is absent."""
+def list_images(camera: Path, notices: list[str]) -> list[Entry]:
+    """What one camera recorded, in time order; nothing when its folder is absent.
+
+    A unit of its stamps other than nanoseconds (see `timestamp_unit`) is told to `notices`.
+    """
     if not camera.is_dir():
         return []
     entries = _read_index(camera) if (camera / "data.csv").exists() else _read_names(camera)
     if not entries:
         raise InputError(f"{camera}: holds no images: no row in data.csv, or no data/<timestamp in ns>.png without it")
-    return sorted(entries, key=lambda entry: entry.timestamp_ns)
+    entries = sorted(entries, key=lambda entry: entry.timestamp_ns)
+    try:
+        unit = timestamp_unit([entry.timestamp_ns for entry in entries])
+    except ValueError as error:
+        raise InputError(f"{camera}: {error}") from error
+    if unit is NANOSECONDS:
+        return entries
+    notices.append(f"{camera.name}: the timestamps are taken for {unit.name} of Unix time")
+    return [attrs.evolve(entry, timestamp_ns=entry.timestamp_ns * unit.ns) for entry in entries]
 
 
 def _read_index(camera: Path) -> list[Entry]:
@@ -61,11 +73,25 @@ def _read_index(camera: Path) -> list[Entry]:
 
 
 def _read_names(camera: Path) -> list[Entry]:
-    files = [file for file in (camera / "data").glob("*.png") if file.stem.isascii() and file.stem.isdecimal()]
+    entries: dict[int, Entry] = {}
     try:
-        return [_entry(camera, file.stem, file.name) for file in files]
+        for name in sorted(os.listdir(camera / "data")):
+            stem, ending = os.path.splitext(name)
+            if ending != ".png" or not (stem.isascii() and stem.isdecimal()):
+                continue
+            entry = _entry(camera, stem, name)
+            if entry.timestamp_ns in entries:
+                raise ValueError(f"{entries[entry.timestamp_ns].path.name} and {name} have the same timestamp")
+            if len(entries) == MOST_LINES:
+                raise ValueError(f"more than {MOST_LINES} images")
+            entries[entry.timestamp_ns] = entry
     except ValueError as error:
         raise InputError(f"{camera / 'data'}: {error}") from error
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise InputError(f"{camera / 'data'}: cannot be read: {error.strerror}") from error
+    return list(entries.values())
 
 
 def _entry(camera: Path, timestamp: str, filename: str) -> Entry:

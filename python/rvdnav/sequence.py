@@ -107,7 +107,7 @@ def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLER
     target = load_target(folder / "target.yaml")
     truth_path = folder / "groundtruth.tum"
     truth = read_tum(truth_path) if truth_path.exists() else None
-    left, right = (check_images(list_images(folder / name), rig, notices) for name in CAMERAS)
+    left, right = (check_images(list_images(folder / name, notices), rig, notices) for name in CAMERAS)
     if right and not rig.is_stereo:
         raise InputError(f"{folder / 'camchain.yaml'}: cam1 is missing, but there are images of it")
     if not any(entry.readable for entry in left + right):

@@ -241,3 +241,18 @@ def test_motion_found_in_the_windows_of_the_prediction(good: Measurement, positi
     change = np.array([position_m, 0.0, 0.0, 0.0, 0.0, 0.0])
     moved = with_pose(good, T_world_target=perturb(TRUE, change), covariance=np.eye(6) * 1e-12)
     assert plausible_motion(moved, False, prediction, 0.125, SETTINGS) is expected
+
+
+@pytest.mark.parametrize(
+    ("step_ns", "words"),
+    [
+        (250_000_000, None),
+        (8_000_000, None),
+        (1_000_000, "lie 1 ms apart, in which the target may move 1 mm (1 m/s): are the stamps right?"),
+        (3_000_000_000, "lie 3e+03 ms apart: a target is followed for 2 s without one and then searched anew"),
+    ],
+)
+def test_a_rate_that_does_not_go_with_the_speeds_is_told(step_ns: int, words: str | None) -> None:
+    told = NavigatorSettings().rate_notice([step_ns * i for i in range(5)])
+    assert told == (None if words is None else f"the frames {words}")
+    assert NavigatorSettings().rate_notice([7]) is None
