@@ -71,7 +71,8 @@ class Sensor:
 
     psf_sigma: of the lens's Gaussian blur, px.  level: DN above black of a surface like the bracket's.  black_level:
     DN.  read_noise: sigma, DN.  shot_noise: variance per DN of signal, DN.  prnu: relative sigma of the pixels' gains.
-    vignetting: part of the light that is lost in the image's corner.
+    vignetting: part of the light that is lost in the image's corner.  gamma: exponent of the response, a part of 255
+    DN made another part.  sharpening: how often an unsharp mask of 1.5 px is added to what comes of that.
     """
 
     psf_sigma: float = attrs.field(default=0.6, validator=_at_least(0.0))
@@ -81,6 +82,8 @@ class Sensor:
     shot_noise: float = attrs.field(default=0.025, validator=_at_least(0.0))
     prnu: float = attrs.field(default=0.006, validator=_at_least(0.0))
     vignetting: float = attrs.field(default=0.15, validator=_at_least(0.0))
+    gamma: float = attrs.field(default=1.0, validator=_at_least(0.05))
+    sharpening: float = attrs.field(default=0.0, validator=_at_least(0.0))
 
 
 @attrs.frozen
@@ -124,9 +127,9 @@ class Scenario:
         """Of a frame, counted from 0."""
         return START_NS + round(frame * 1e9 / self.rate)
 
-    def T_world_target(self, frame: int) -> FloatArray:
-        """The true pose (4, 4) in a frame."""
-        return self.motion.T_world_target(frame / self.rate, (self.frames - 1) / self.rate)
+    def T_world_target(self, frame: int, delay: float = 0.0) -> FloatArray:
+        """The true pose (4, 4) in a frame, or at another time, s, after its stamp."""
+        return self.motion.T_world_target(frame / self.rate + delay, (self.frames - 1) / self.rate)
 
     def target_middle(self, frame: int) -> FloatArray:
         """The mean (3,) of the target's points, m in W."""

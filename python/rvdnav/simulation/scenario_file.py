@@ -35,6 +35,8 @@ _SENSOR = {
     "shot_noise_dn": "shot_noise",
     "prnu": "prnu",
     "vignetting": "vignetting",
+    "gamma": "gamma",
+    "sharpening": "sharpening",
 }
 
 
