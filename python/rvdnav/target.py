@@ -19,7 +19,10 @@ from rvdnav.yamlio import Section, read_yaml
 __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
 _SIZES = ("long_base", "short_base", "height", "bar_width")
-_KEYS = ("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edges", "faces", *_SIZES)
+_KEYS = (
+    *("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edge_radius", "edges", "faces"),
+    *_SIZES,
+)
 _METRES = {"m": 1.0, "mm": 1e-3}
 _MIN_SEPARATION_M = 1e-6
 _EXAMPLE = Trapezoid(0.2, 0.1, 0.15, 0.015, 0.015, 0.015)
@@ -71,7 +74,8 @@ class Target:
     """A target with straight edges.
 
     points: name -> position (3,), m in C.  lines: name -> names of the two ends.  bars, and their thickness towards
-    +x_C, m.  edges: further straight edges, by their ends.  faces: planar polygons, counter-clockwise from outside.
+    +x_C, m.  edge_radius: by which all edges are rounded, m; the points are where they would meet if they were sharp.
+    edges: further straight edges, by their ends.  faces: planar polygons, counter-clockwise from outside.
     dimensions_known: whether the points are the true sizes or merely an example of the shape.
 
     Raises ValueError for points that coincide or are all collinear, names that no point has, ends that are the same,
@@ -83,6 +87,7 @@ class Target:
     lines: dict[str, tuple[str, str]] = attrs.field(factory=dict, converter=_lines)
     bars: tuple[Bar, ...] = attrs.field(default=(), converter=_bars)
     bar_thickness: float = 0.0
+    edge_radius: float = 0.0
     edges: tuple[tuple[str, str], ...] = attrs.field(default=(), converter=_edges)
     faces: tuple[tuple[str, ...], ...] = attrs.field(default=(), converter=_faces)
     dimensions_known: bool = True
@@ -94,8 +99,9 @@ class Target:
         self._check_points()
         self._check_names()
         self._check_faces()
-        if not 0.0 <= self.bar_thickness < np.inf:
-            raise ValueError("bar_thickness is not a length")
+        for name in ("bar_thickness", "edge_radius"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} is not a length")
         if not self.bars or not {"l1", "l2", "l3", "l4"} <= self.lines.keys():
             return None
         outer, inner = _bracket_names(self.lines, self.bars)
@@ -204,6 +210,7 @@ def load_target(path: str | Path) -> Target:
             lines=lines,
             bars=bars,
             bar_thickness=scale * section.number("bar_thickness") if thick else 0.0,
+            edge_radius=scale * section.number("edge_radius") if "edge_radius" in section else 0.0,
             edges=[_as_pair(section, "edges", ends) for ends in edges],
             faces=section.text_lists("faces") if "faces" in section else (),
             dimensions_known=known,

@@ -115,6 +115,17 @@ def test_speed_varies_as_much_as_ease_says():
         ("read_noise_dn", "read_noise", "sensor.read_noise is not known"),
         ("{read_noise_dn: 2.0}", "{level_dn: 0.5}", "sensor.level_dn is less than 1"),
         ("{read_noise_dn: 2.0}", "{prnu: -1}", "sensor.prnu is negative"),
+        ("{read_noise_dn: 2.0}", "{gamma: 0}", "sensor.gamma is less than 0.05"),
+        ("bar_thickness_mm: 6", "bar_thickness_mm: 6, edge_radius_mm: 3", "edge_radius is half of a bar's width or"),
+        (
+            "bar_thickness_mm: 6",
+            "bar_thickness_mm: 6, edge_radius_mm: -3",
+            "bracket is impossible: edge_radius is not a length",
+        ),
+        ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2]}", "files.calibration is not a list of 3 numbers"),
+        ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2, -1]}", "files.calibration is negative"),
+        ("seed: 3", "seed: 3\nfiles: {omit: [seed]}", "files.omit 'seed' is none of timing, edge_radius"),
+        ("seed: 3", "seed: 3\nfiles: {target_points_mm: 500}", "the bracket's points"),
         ("samples_per_pixel: 4", "samples_per_pixel: none", "samples_per_pixel is not a number"),
     ],
 )

@@ -158,8 +158,8 @@ def _write_texts(scenario: Scenario, renderer: str, folder: Path) -> None:
         write_text_atomically(folder / f"cam{camera}" / "data.csv", "\n".join(rows))
         for leftover in (folder / f"cam{camera}" / "data").glob("*.part"):
             leftover.unlink()
-    save_rig(scenario.rig, folder)
-    save_target(scenario.target, folder / "target.yaml")
+    save_rig(scenario.told_rig(), folder)
+    save_target(scenario.told_target(), folder / "target.yaml")
     write_tum(
         folder / "groundtruth.tum",
         [(stamp, scenario.T_world_target(frame)) for frame, stamp in enumerate(stamps)],
