@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
 from conftest import CAMCHAIN, TARGET
@@ -165,15 +166,16 @@ def test_the_bracket_of_given_sizes_is_the_papers(folder):
     [
         bracket_target("yes", 0.24, 0.15, 0.12, 0.02, 0.008),
         box_target("a box: of 3 sizes", np.array([0.2, 0.3, 0.25])),
+        attrs.evolve(box_target("soap", np.array([0.2, 0.3, 0.25])), edge_radius=0.0125),
     ],
-    ids=["bracket", "box"],
+    ids=["bracket", "box", "rounded"],
 )
 def test_a_target_is_written_as_it_is_read(tmp_path, target):
     save_target(target, tmp_path / "target.yaml")
     read = load_target(tmp_path / "target.yaml")
     for name, point in target.points.items():
         np.testing.assert_allclose(read.points[name], point, atol=1e-12)
-    for part in ("name", "lines", "bars", "bar_thickness", "edges", "faces", "dimensions_known"):
+    for part in ("name", "lines", "bars", "bar_thickness", "edge_radius", "edges", "faces", "dimensions_known"):
         assert getattr(read, part) == getattr(target, part)
 
 
