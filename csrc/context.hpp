@@ -28,8 +28,8 @@ struct Workspace {
   uint8_t* direction;     // width * height
   rvdnav_edgel* edgels;   // max_edgels
   uint16_t* accumulator;  // kThetaBins * hough_rho_bins
-  TrackScratch* track;    // 1
-  rvdnav_peak* peaks;     // max_peaks
+  TrackScratch track;
+  rvdnav_peak* peaks;  // max_peaks
   LineScratch lines;
   rvdnav_segment* segments;  // max_segments
   Line2* segment_lines;      // of them
@@ -43,7 +43,7 @@ struct Workspace {
 };
 
 struct Context {
-  rvdnav_config config;
+  rvdnav_config config;  // without zeros that stand for what the rig needs
   rvdnav_rig rig;
   rvdnav_target target;
   bool has_target;
@@ -52,17 +52,23 @@ struct Context {
   BracketModel model;  // meaningful with a target
   int16_t* lens_nodes[RVDNAV_CAMERAS];
   LensMap lens[RVDNAV_CAMERAS];
+  double reach;  // of the rectified pixels of both views, from the principal point
   Workspace work[RVDNAV_CAMERAS];
   // used where both views come together
   Proposal* proposals;  // 2 * kMaxProposals
-  MatchScratch* match;  // 1
+  Disparities disparities;
+  MatchScratch match;
 };
 
-// Gives every array of the context its place; with an arena that only counts, the need is what it has used.
+// Settles config, rig and what follows from them, and gives every array of the context its place; with an arena that
+// only counts, the need is what it has used.  config and rig have been validated.
 void lay_out(const rvdnav_config& config, const rvdnav_rig& rig, Arena& arena, Context* context);
 
-// Fills the tables of a context that is laid out.  config, rig and target (may be null) have been validated.  Returns
-// RVDNAV_OK, RVDNAV_ERROR_ISA, or RVDNAV_ERROR_CALIBRATION for a lens that can't be mapped.
-rvdnav_status build(const rvdnav_config& config, const rvdnav_rig& rig, const rvdnav_target* target, Context* context);
+// Fills the tables of a context that is laid out.  Returns RVDNAV_OK, RVDNAV_ERROR_ISA, or RVDNAV_ERROR_CALIBRATION for
+// a lens that can't be mapped.
+rvdnav_status build(Context* context);
+
+// The bracket to look for; null: none.  It has been validated.
+void set_target(const rvdnav_target* target, Context* context);
 
 }  // namespace rvdnav

@@ -113,13 +113,13 @@ struct Search {
 
 // Searches the other view's rows for the window around (x, y) of one view; disparity = x_left - x_right.
 bool search_row(const rvdnav_config& config, const rvdnav_rig& rig, int32_t from_camera, const GreyView& from,
-                const GreyView& to, double x, double y, MatchScratch& scratch, Search* out) {
+                const GreyView& to, const Disparities& disparities, double x, double y, const MatchScratch& scratch,
+                Search* out) {
   Patch patch;
   if (!sample_patch(config, rig, from_camera, from, x, y, scratch.window, &patch)) return false;
-  const double reach = rig.focal_rect * rig.baseline;
-  const int32_t first = static_cast<int32_t>(reach / config.range_max);
-  const int32_t last = std::min(static_cast<int32_t>(reach / config.range_min) + 1, first + kMaxDisparities - 1);
-  const int32_t n = last - first + 1;
+  const int32_t first = disparities.first;
+  const int32_t n = disparities.count;
+  const int32_t last = first + n - 1;
   const int32_t h = config.match_half_window;
   const int32_t tolerance = config.match_row_tolerance;
   // In the right view the match lies at x - d, in the left one at x + d: the band starts at its smallest x.
@@ -165,8 +165,18 @@ bool search_row(const rvdnav_config& config, const rvdnav_rig& rig, int32_t from
 
 }  // namespace
 
-void correlate_rows(const rvdnav_config& config, const rvdnav_rig& rig, const GreyView& left, const GreyView& right,
-                    MatchScratch& scratch, rvdnav_match* matches, uint32_t count) {
+Disparities allowed_disparities(const rvdnav_config& config, const rvdnav_rig& rig, double reach) {
+  // Between points of both images there are none beyond twice the reach.
+  const auto disparity = [&](double range) {
+    return static_cast<int32_t>(std::min(rig.focal_rect * rig.baseline / range, 2.0 * reach));
+  };
+  const int32_t first = disparity(config.range_max);
+  return {first, disparity(config.range_min) + 2 - first};
+}
+
+void correlate_rows(const rvdnav_config& config, const rvdnav_rig& rig, const Disparities& disparities,
+                    const GreyView& left, const GreyView& right, const MatchScratch& scratch, rvdnav_match* matches,
+                    uint32_t count) {
   const double min_score = config.match_min_score_q8 / 256.0;
   const double uniqueness = config.match_uniqueness_q8 / 256.0;
   const double consistency = config.match_consistency_q8 / 256.0;
@@ -176,12 +186,12 @@ void correlate_rows(const rvdnav_config& config, const rvdnav_rig& rig, const Gr
     m.disparity = m.score = 0.0;
     m.accepted = 0;
     Search there;
-    if (!search_row(config, rig, 0, left, right, m.x, m.y, scratch, &there)) continue;
+    if (!search_row(config, rig, 0, left, right, disparities, m.x, m.y, scratch, &there)) continue;
     m.disparity = there.disparity;
     m.score = there.score;
     if (there.score < min_score || there.rival > uniqueness * there.score) continue;
     Search back;
-    if (!search_row(config, rig, 1, right, left, m.x - there.disparity, m.y, scratch, &back)) continue;
+    if (!search_row(config, rig, 1, right, left, disparities, m.x - there.disparity, m.y, scratch, &back)) continue;
     if (std::abs(back.disparity - there.disparity) > consistency) continue;
     m.accepted = 1;
   }

@@ -11,7 +11,7 @@ namespace rvdnav {
 
 constexpr int32_t kThetaBins = 180;
 constexpr int32_t kThetaFirst = -45;  // degrees, of row 0
-constexpr int32_t kMaxRhoBins = 4096;
+constexpr int32_t kMaxRhoBins = 32768;
 
 // The row that a gradient direction falls into.
 constexpr int32_t theta_row(uint8_t direction) {
@@ -19,9 +19,12 @@ constexpr int32_t theta_row(uint8_t direction) {
   return (degrees - kThetaFirst) % kThetaBins;
 }
 
+// Cells that hold every line through an image whose rectified pixels lie within reach of the principal point.
+inline int32_t rho_bins_for(double reach) { return 2 * (static_cast<int32_t>(reach) + 2); }
+
 // Clears acc (kThetaBins rows of rho_bins, at most kMaxRhoBins) and lets every edgel vote in the rows up to spread
 // (0..45) from its own.  A cell gets one vote a pixel at most, from a band one pixel wide through an image of at most
-// 2048 x 2048: 16 bits hold it.  Votes beyond rho_bins are left out.
+// 4096 x 4096: 16 bits hold it.  Votes beyond rho_bins are left out.
 void hough_vote(const rvdnav_edgel* edgels, uint32_t n, int32_t rho_bins, int32_t spread, uint16_t* acc);
 
 }  // namespace rvdnav

@@ -9,6 +9,7 @@ constexpr int32_t round_half_away(double value) { return static_cast<int32_t>(va
 
 // v / 2^n rounded down, for negative v too.
 constexpr int32_t floor_shift(int32_t v, int32_t n) { return v >= 0 ? v >> n : ~(~v >> n); }
+constexpr int64_t floor_shift(int64_t v, int32_t n) { return v >= 0 ? v >> n : ~(~v >> n); }
 
 // v / d rounded to the nearest, d positive.
 constexpr int32_t round_divide(int32_t v, int32_t d) { return (v >= 0 ? v + d / 2 : v - d / 2) / d; }

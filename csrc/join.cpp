@@ -121,7 +121,7 @@ rvdnav_status join_views(Context& c, const GreyView* left, const GreyView* right
   const rvdnav_view_result& l = result->view[0];
   const rvdnav_view_result& r = result->view[1];
   result->match_count = choose_points(l, result->matches);
-  correlate_rows(c.config, c.rig, *left, *right, *c.match, result->matches, result->match_count);
+  correlate_rows(c.config, c.rig, c.disparities, *left, *right, c.match, result->matches, result->match_count);
   clock.lap(RVDNAV_STAGE_EPIPOLAR);
 
   const RectRig rig = rect_rig(c.rig);

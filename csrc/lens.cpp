@@ -1,5 +1,7 @@
 #include "lens.hpp"
 
+#include <limits>
+
 namespace rvdnav {
 namespace {
 
@@ -19,6 +21,14 @@ Distorted distort(const rvdnav_camera& camera, double x, double y) {
           x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y, radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x};
 }
 
+// Whether the distorted radius r (1 + k1 r^2 + k2 r^4) still grows at r^2, and did so all the way from the middle.
+bool unfolded(const rvdnav_camera& camera, double r2) {
+  const double k1 = camera.k1, k2 = camera.k2;
+  if (!(1.0 + r2 * (3.0 * k1 + 5.0 * k2 * r2) > 0.0)) return false;
+  // With k1 < 0 < k2 the growth has its least at r^2 = -3 k1 / (10 k2), and is positive again beyond.
+  return !(k1 < 0.0 && k2 > 0.0 && -3.0 * k1 < 10.0 * k2 * r2 && 9.0 * k1 * k1 >= 20.0 * k2);
+}
+
 }  // namespace
 
 void rect_to_raw(const rvdnav_rig& rig, int camera, double x, double y, double* u, double* v) {
@@ -29,7 +39,12 @@ void rect_to_raw(const rvdnav_rig& rig, int camera, double x, double y, double* 
   const double X = R[0] * x + R[3] * y + R[6] * f;
   const double Y = R[1] * x + R[4] * y + R[7] * f;
   const double Z = R[2] * x + R[5] * y + R[8] * f;
-  const Distorted d = distort(c, X / Z, Y / Z);
+  const double a = X / Z, b = Y / Z;
+  if (!(Z > 0.0) || !unfolded(c, a * a + b * b)) {
+    *u = *v = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  const Distorted d = distort(c, a, b);
   *u = c.fx * d.x + c.cx;
   *v = c.fy * d.y + c.cy;
 }
@@ -52,7 +67,7 @@ bool raw_to_rect(const rvdnav_rig& rig, int camera, double u, double v, double* 
   }
   const double* R = c.R_rect_cam;
   const double Z = R[6] * px + R[7] * py + R[8];
-  if (!converged || !(Z > 0.0)) return false;
+  if (!converged || !(Z > 0.0) || !unfolded(c, px * px + py * py)) return false;
   *x = rig.focal_rect * (R[0] * px + R[1] * py + R[2]) / Z;
   *y = rig.focal_rect * (R[3] * px + R[4] * py + R[5]) / Z;
   return true;

@@ -5,7 +5,8 @@
 
 namespace rvdnav {
 
-// Where a rectified point (pixels from the principal point) is seen in the raw image.
+// Where a rectified point (pixels from the principal point) is seen in the raw image; NaN where it is not: behind the
+// camera, or so far aside that the distortion has folded back.
 void rect_to_raw(const rvdnav_rig& rig, int camera, double x, double y, double* u, double* v);
 
 // The rectified point of a raw pixel, by Newton's method on the distortion.  False if there is none: the distortion

@@ -1,5 +1,7 @@
 #include "lens_map.hpp"
 
+#include <cmath>
+
 #include "integers.hpp"
 #include "lens.hpp"
 
@@ -7,13 +9,54 @@ namespace rvdnav {
 namespace {
 
 constexpr int32_t kCellQ5 = kMapStep * 32;
+constexpr int32_t kFinestShift = 12, kCoarsestShift = 3;
+constexpr double kMaxNode = 32767.0;
 
 double larger(double a, double b) { return a > b ? a : b; }
 double size_of(double v) { return v < 0 ? -v : v; }
 
+struct Point {
+  double x, y;
+};
+
+// The rectified point of a raw pixel.  Beyond the last column or row, where a lens may fold without any fault, the line
+// through the node before and the border's pixel goes on.  False where there is none.
+bool node_point(const rvdnav_rig& rig, int32_t camera, int32_t u, int32_t v, Point* p) {
+  if (raw_to_rect(rig, camera, u, v, &p->x, &p->y)) return true;
+  if (u < rig.width && v < rig.height) return false;
+  const bool aside = u >= rig.width;
+  const int32_t position = aside ? u : v, border = (aside ? rig.width : rig.height) - 1;
+  const int32_t before = (border - 1) / kMapStep * kMapStep;
+  Point a, b;
+  if (!node_point(rig, camera, aside ? before : u, aside ? v : before, &a)) return false;
+  if (!node_point(rig, camera, aside ? border : u, aside ? v : border, &b)) return false;
+  const double ratio = static_cast<double>(position - before) / (border - before);
+  *p = {a.x + (b.x - a.x) * ratio, a.y + (b.y - a.y) * ratio};
+  return true;
+}
+
+// Calls visit(i, j, rectified point or null) for every node.
+template <typename Visit>
+void for_each_node(const rvdnav_rig& rig, int32_t camera, Visit visit) {
+  for (int32_t j = 0; j < map_columns(rig.height); ++j) {
+    for (int32_t i = 0; i < map_columns(rig.width); ++i) {
+      Point p;
+      visit(i, j, node_point(rig, camera, i * kMapStep, j * kMapStep, &p) ? &p : nullptr);
+    }
+  }
+}
+
 }  // namespace
 
-bool build_lens_map(const rvdnav_rig& rig, int camera, int16_t* nodes, LensMap* map) {
+double rectified_reach(const rvdnav_rig& rig, int32_t camera) {
+  double square = 0.0;
+  for_each_node(rig, camera, [&](int32_t, int32_t, const Point* p) {
+    if (p != nullptr) square = larger(square, p->x * p->x + p->y * p->y);
+  });
+  return std::sqrt(square);
+}
+
+bool build_lens_map(const rvdnav_rig& rig, int32_t camera, int16_t* nodes, LensMap* map) {
   map->nodes = nodes;
   map->columns = map_columns(rig.width);
   map->rows = map_columns(rig.height);
@@ -21,34 +64,33 @@ bool build_lens_map(const rvdnav_rig& rig, int camera, int16_t* nodes, LensMap* 
   map->middle_y = (rig.height - 1) * 16;
 
   // First the largest shift, which decides how fine the nodes can be, then the nodes.
+  const auto shift_of = [map](int32_t i, int32_t j, const Point& p) {
+    return Point{p.x - (i * kMapStep - map->middle_x / 32.0), p.y - (j * kMapStep - map->middle_y / 32.0)};
+  };
   double largest = 0.0;
-  for (int pass = 0; pass < 2; ++pass) {
-    for (int32_t j = 0; j < map->rows; ++j) {
-      for (int32_t i = 0; i < map->columns; ++i) {
-        const double u = i * kMapStep, v = j * kMapStep;
-        double x = 0.0, y = 0.0;
-        if (!raw_to_rect(rig, camera, u, v, &x, &y)) return false;
-        if (larger(size_of(x), size_of(y)) > kMapMaxRect) return false;
-        const double dx = x - (u - map->middle_x / 32.0), dy = y - (v - map->middle_y / 32.0);
-        if (pass == 0) {
-          largest = larger(largest, larger(size_of(dx), size_of(dy)));
-        } else {
-          int16_t* node = nodes + 2 * (static_cast<ptrdiff_t>(j) * map->columns + i);
-          node[0] = static_cast<int16_t>(round_half_away(dx * (1 << map->shift)));
-          node[1] = static_cast<int16_t>(round_half_away(dy * (1 << map->shift)));
-        }
-      }
-    }
-    if (pass == 0) {
-      map->shift = 12;
-      while (map->shift > 5 && largest * (1 << map->shift) > 32767.0) --map->shift;
-      if (largest * (1 << map->shift) > 32767.0) return false;
-    }
-  }
+  bool any = false;
+  for_each_node(rig, camera, [&](int32_t i, int32_t j, const Point* p) {
+    if (p == nullptr) return;
+    any = true;
+    const Point d = shift_of(i, j, *p);
+    largest = larger(largest, larger(size_of(d.x), size_of(d.y)));
+  });
+  map->shift = kFinestShift;
+  while (map->shift > kCoarsestShift && largest * (1 << map->shift) > kMaxNode) --map->shift;
+  // Written so that a NaN fails.
+  if (!any || !(rectified_reach(rig, camera) <= kMaxRect) || !(largest * (1 << map->shift) <= kMaxNode)) return false;
+  for_each_node(rig, camera, [&](int32_t i, int32_t j, const Point* p) {
+    int16_t* node = nodes + 2 * (static_cast<ptrdiff_t>(j) * map->columns + i);
+    node[0] = node[1] = kNoRay;
+    if (p == nullptr) return;
+    const Point d = shift_of(i, j, *p);
+    node[0] = static_cast<int16_t>(round_half_away(d.x * (1 << map->shift)));
+    node[1] = static_cast<int16_t>(round_half_away(d.y * (1 << map->shift)));
+  });
   return true;
 }
 
-void raw_to_rect_q5(const LensMap& map, int32_t u_q5, int32_t v_q5, int32_t* x_q5, int32_t* y_q5) {
+bool raw_to_rect_q5(const LensMap& map, int32_t u_q5, int32_t v_q5, int32_t* x_q5, int32_t* y_q5) {
   const auto cell = [](int32_t position, int32_t count) {
     const int32_t i = position < 0 ? 0 : position / kCellQ5;
     return i > count - 2 ? count - 2 : i;
@@ -57,6 +99,7 @@ void raw_to_rect_q5(const LensMap& map, int32_t u_q5, int32_t v_q5, int32_t* x_q
   const int32_t fu = u_q5 - i * kCellQ5, fv = v_q5 - j * kCellQ5;  // Q8 of a cell
   const int16_t* above = map.nodes + 2 * (static_cast<ptrdiff_t>(j) * map.columns + i);
   const int16_t* below = above + 2 * static_cast<ptrdiff_t>(map.columns);
+  if (above[0] == kNoRay || above[2] == kNoRay || below[0] == kNoRay || below[2] == kNoRay) return false;
   const auto blend = [&](int32_t k) {
     const int32_t top = above[k] * 256 + (above[k + 2] - above[k]) * fu;  // Q8 of a node's unit
     const int32_t bottom = below[k] * 256 + (below[k + 2] - below[k]) * fu;
@@ -66,6 +109,7 @@ void raw_to_rect_q5(const LensMap& map, int32_t u_q5, int32_t v_q5, int32_t* x_q
   };
   *x_q5 = u_q5 - map.middle_x + blend(0);
   *y_q5 = v_q5 - map.middle_y + blend(1);
+  return true;
 }
 
 }  // namespace rvdnav

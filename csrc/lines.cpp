@@ -19,7 +19,7 @@ struct Strip {
   int32_t direction;  // level of the gradient that belongs to this polarity
 };
 
-double coordinate(int16_t q5) { return q5 * (1.0 / 32.0); }
+double coordinate(int32_t q5) { return q5 * (1.0 / 32.0); }
 
 int32_t level_of(double angle) {
   const double turns = angle / (2.0 * kPi);

@@ -24,16 +24,17 @@ constexpr TangentTable make_tangent_table() {
 
 constexpr TangentTable kTangent = make_tangent_table();
 
-rvdnav_edgel rectify_edgel(const LensMap& map, int32_t x, int32_t y, uint8_t direction) {
+bool rectify_edgel(const LensMap& map, int32_t x, int32_t y, uint8_t direction, rvdnav_edgel* edgel) {
   const int32_t u = 32 * x, v = 32 * y;
   const int32_t du = kTangent.dx[direction], dv = kTangent.dy[direction];
   int32_t rx = 0, ry = 0, ahead_x = 0, ahead_y = 0, behind_x = 0, behind_y = 0;
-  raw_to_rect_q5(map, u, v, &rx, &ry);
-  raw_to_rect_q5(map, u + du, v + dv, &ahead_x, &ahead_y);
-  raw_to_rect_q5(map, u - du, v - dv, &behind_x, &behind_y);
+  if (!raw_to_rect_q5(map, u, v, &rx, &ry) || !raw_to_rect_q5(map, u + du, v + dv, &ahead_x, &ahead_y) ||
+      !raw_to_rect_q5(map, u - du, v - dv, &behind_x, &behind_y))
+    return false;
   const int32_t tx = ahead_x - behind_x, ty = ahead_y - behind_y;
   // The gradient is a quarter turn behind the tangent.
-  return {static_cast<int16_t>(rx), static_cast<int16_t>(ry), binary_angle(ty, -tx), 0};
+  *edgel = {rx, ry, binary_angle(ty, -tx), {}};
+  return true;
 }
 
 }  // namespace
@@ -45,10 +46,11 @@ uint32_t rectify_edges(const uint32_t* bits, const uint8_t* direction, int32_t w
   for (int32_t y = 0; y < h; ++y) {
     for (int32_t k = 0; k < words; ++k) {
       for (uint32_t rest = bits[static_cast<ptrdiff_t>(y) * words + k]; rest != 0; rest &= rest - 1) {
-        ++seen;
-        if (count == capacity) continue;
         const int32_t x = 32 * k + __builtin_ctz(rest);
-        out[count++] = rectify_edgel(map, x, y, direction[static_cast<ptrdiff_t>(y) * w + x]);
+        rvdnav_edgel edgel;
+        if (!rectify_edgel(map, x, y, direction[static_cast<ptrdiff_t>(y) * w + x], &edgel)) continue;
+        ++seen;
+        if (count < capacity) out[count++] = edgel;
       }
     }
   }

@@ -5,8 +5,9 @@
 
 namespace rvdnav {
 
-// Maps every edge pixel and its gradient's direction, row by row.  The lens turns directions, so the direction is taken
-// from the mapped tangent.  Returns the number written, at most capacity (the first ones); *total counts all.
+// Maps every edge pixel that has a ray, and its gradient's direction, row by row.  The lens turns directions, so the
+// direction is taken from the mapped tangent.  Returns the number written, at most capacity (the first ones); *total
+// counts all.
 uint32_t rectify_edges(const uint32_t* bits, const uint8_t* direction, int32_t w, int32_t h, const LensMap& map,
                        rvdnav_edgel* out, uint32_t capacity, uint32_t* total);
 

@@ -7,6 +7,8 @@ namespace rvdnav {
 namespace {
 
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kFar = 16384.0;  // pixels; beyond every image
+constexpr double kQ19 = 1 << 19;
 constexpr int32_t kHalfTurn = 360;                // rows of half a degree
 constexpr int32_t kCellMargin = kFlankCells + 2;  // comparison and smoothing
 constexpr int32_t kRowMargin = 2;
@@ -22,6 +24,10 @@ int32_t floor_of(double v) {
 
 struct Range {
   int32_t first, last;
+};
+
+struct LongRange {
+  int64_t first, last;
 };
 
 // The whole numbers in [middle - half, middle + half], the nearest one if there is none.
@@ -43,7 +49,7 @@ UnitQ14 row_unit(int32_t row) {
 struct Window {
   Range rows, cells;
   int32_t middle_row;
-  Range t_q19;       // of the edgels that may vote, along the middle row's line
+  LongRange t_q19;   // of the edgels that may vote, along the middle row's line
   int32_t shear;     // cells a row
   int32_t shear_q8;  // the same, finer
   int32_t least;     // smoothed votes of a peak
@@ -51,10 +57,10 @@ struct Window {
   int32_t level;     // gradient direction that belongs to the polarity, 256 to the turn
 };
 
-Window whole_window(const rvdnav_window& w) {
+Window whole_window(const rvdnav_window& w, int32_t max_shear) {
   const double row = (clamp(w.theta * kDegrees, -360.0, 360.0) + 45.0) * 2.0;
-  const double rho = clamp(w.rho, -2048.0, 2048.0);
-  const double t_min = clamp(w.t_min, -2048.0, 2048.0), t_max = clamp(w.t_max, t_min, 2048.0);
+  const double rho = clamp(w.rho, -kFar, kFar);
+  const double t_min = clamp(w.t_min, -kFar, kFar), t_max = clamp(w.t_max, t_min, kFar);
   Window whole = {};
   whole.rows = whole_numbers(row, clamp(w.half_theta * kDegrees, 0.0, kTrackMaxHalfTheta) * 2.0);
   whole.cells = whole_numbers(rho * 2.0, clamp(w.half_rho, 0.0, kTrackMaxHalfRho) * 2.0);
@@ -62,10 +68,10 @@ Window whole_window(const rvdnav_window& w) {
   // The middle row's line is turned a little against the window's: along it, t is less by rho times the turn.
   const double turn = (whole.middle_row - row) / (2.0 * kDegrees);
   const double margin = 0.1 * (t_max - t_min) + 4.0;
-  const auto q19 = [](double t) { return round_half_away(clamp(t, -4000.0, 4000.0) * (1 << 19)); };
+  const auto q19 = [](double t) { return static_cast<int64_t>(t < 0 ? t * kQ19 - 0.5 : t * kQ19 + 0.5); };
   whole.t_q19 = {q19(t_min - margin - rho * turn), q19(t_max + margin - rho * turn)};
   // Half a degree moves rho by t / 2 degrees; a cell is half a pixel.
-  const double shear = clamp((t_min + t_max) / 2.0 / kDegrees, -kTrackMaxShear, kTrackMaxShear);
+  const double shear = clamp((t_min + t_max) / 2.0 / kDegrees, -max_shear, max_shear);
   whole.shear = round_half_away(shear);
   whole.shear_q8 = round_half_away(shear * 256.0);
   whole.polarity = w.polarity;
@@ -95,7 +101,7 @@ class Neighbourhood {
     const UnitQ14 middle = row_unit(window_.middle_row);
     for (uint32_t i = 0; i < n; ++i) {
       const rvdnav_edgel& e = edgels[i];
-      const int32_t t = e.y_q5 * middle.c - e.x_q5 * middle.s;
+      const int64_t t = int64_t{e.y_q5} * middle.c - int64_t{e.x_q5} * middle.s;
       if (t < window_.t_q19.first || t > window_.t_q19.last) continue;
       // Half a turn around the wanted direction; the spread below narrows it.
       if (window_.polarity != 0 && ((e.direction - window_.level + 64) & 255) > 128) continue;
@@ -104,8 +110,8 @@ class Neighbourhood {
       const int32_t to = own + 2 * spread < last_row_ ? own + 2 * spread : last_row_;
       for (int32_t row = from; row <= to; ++row) {
         const UnitQ14 u = units[row - first_row_];
-        const int32_t rho = e.x_q5 * u.c + e.y_q5 * u.s;
-        const int32_t cell = floor_shift(rho + (1 << 17), 18) - first_cell_;
+        const int64_t rho = int64_t{e.x_q5} * u.c + int64_t{e.y_q5} * u.s;
+        const int64_t cell = floor_shift(rho + (1 << 17), 18) - first_cell_;
         if (cell >= 0 && cell < cells_) ++acc_[(row - first_row_) * cells_ + cell];
       }
     }
@@ -168,9 +174,9 @@ rvdnav_peak highest_peak(const Neighbourhood& space, const Window& w, const rvdn
 }  // namespace
 
 void hough_track(const rvdnav_edgel* edgels, uint32_t n, int32_t spread, const rvdnav_window* windows,
-                 uint32_t n_windows, TrackScratch& scratch, rvdnav_peak* out) {
+                 uint32_t n_windows, const TrackScratch& scratch, rvdnav_peak* out) {
   for (uint32_t i = 0; i < n_windows; ++i) {
-    const Window window = whole_window(windows[i]);
+    const Window window = whole_window(windows[i], scratch.max_shear);
     Neighbourhood space(window, scratch.votes);
     space.vote(edgels, n, spread);
     const rvdnav_peak none = {(window.cells.first + window.cells.last) * 64,

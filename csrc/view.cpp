@@ -49,6 +49,7 @@ void search_view(Context& c, int32_t camera, Workspace& work, StageClock& clock,
   work.peak_count = hough_peaks(work.accumulator, c.config.hough_rho_bins, c.config.peak_min_votes, work.peaks,
                                 static_cast<uint32_t>(c.config.max_peaks), &total);
   if (total > work.peak_count) result->limits |= RVDNAV_LIMIT_PEAKS;
+  if (c.config.hough_rho_bins < rho_bins_for(c.reach)) result->limits |= RVDNAV_LIMIT_RHO;
   clock.lap(RVDNAV_STAGE_HOUGH);
 
   const SegmentLimits segment_limits = {static_cast<double>(c.config.segment_min_length),
@@ -96,7 +97,7 @@ void track_lines(Context& c, int32_t camera, const GreyView& image, const rvdnav
   StageClock clock(c.config, result->stage_ns);
   Workspace& work = c.work[camera];
   rvdnav_peak peaks[RVDNAV_EDGES];
-  hough_track(work.edgels, work.edgel_count, c.config.hough_spread, windows, window_count, *work.track, peaks);
+  hough_track(work.edgels, work.edgel_count, c.config.hough_spread, windows, window_count, work.track, peaks);
   clock.lap(RVDNAV_STAGE_HOUGH);
   result->line_mask = 0;
   for (uint32_t i = 0; i < window_count; ++i) {

@@ -13,6 +13,8 @@ struct rvdnav_context {
 
 namespace rvdnav {
 
+constexpr double kFar = 16384.0;  // pixels; beyond every image
+
 constexpr uint64_t kContextMagic = 0x7276646e61760000ULL + RVDNAV_ABI_VERSION;
 
 // Leaves the function with the status unless it is RVDNAV_OK.

@@ -43,7 +43,6 @@ rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* ed
 
 rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count) {
   if (windows == nullptr && count > 0) return RVDNAV_ERROR_NULL;
-  constexpr double kFar = 1e4;  // pixels; beyond every image
   for (uint32_t i = 0; i < count; ++i) {
     const rvdnav_window& w = windows[i];
     const bool edge = w.edge >= 0 && w.edge < RVDNAV_EDGES && w.polarity >= -1 && w.polarity <= 1;

@@ -15,12 +15,12 @@ rvdnav_status rvdnav_config_default(rvdnav_config* config) {
   c.edge_weber_q8 = 26;
   c.edge_knee = 160;
   c.edge_min_run = 6;
-  c.hough_rho_bins = 1024;
+  c.hough_rho_bins = 0;
   c.hough_spread = 3;
   c.peak_min_votes = 18;
   c.segment_min_length = 16;
   c.segment_max_gap = 6;
-  c.max_edgels = 65536;
+  c.max_edgels = 0;
   c.max_peaks = 512;
   c.max_segments = 512;
   c.max_bars = 256;
@@ -62,10 +62,26 @@ rvdnav_status rvdnav_context_init(void* memory, size_t size, const rvdnav_config
   const size_t head = align_up(sizeof(rvdnav_context));
   Arena arena(static_cast<unsigned char*>(memory) + head, size - head);
   lay_out(*config, *rig, arena, &made->context);
-  RVDNAV_TRY(build(*config, *rig, target, &made->context));
+  RVDNAV_TRY(build(&made->context));
+  set_target(target, &made->context);
   made->self = made;
   made->magic = kContextMagic;
   *context = made;
+  return RVDNAV_OK;
+}
+
+rvdnav_status rvdnav_context_set_target(rvdnav_context* context, const rvdnav_target* target) {
+  RVDNAV_TRY(check_context(context));
+  if (target != nullptr) RVDNAV_TRY(validate(*target));
+  set_target(target, &context->context);
+  return RVDNAV_OK;
+}
+
+rvdnav_status rvdnav_context_config(const rvdnav_context* context, rvdnav_config* config) {
+  RVDNAV_TRY(check_context(context));
+  if (config == nullptr) return RVDNAV_ERROR_NULL;
+  if (config->struct_size != sizeof(*config)) return RVDNAV_ERROR_STRUCT_SIZE;
+  *config = context->context.config;
   return RVDNAV_OK;
 }
 

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kMinStep = 0.05;  // pixels; bounds the number of profiles
 constexpr double kMaxBlur = 10.0;  // pixels
-constexpr double kFar = 1e4;       // pixels; beyond every image
 
 bool is_near(double value) { return std::abs(value) <= kFar; }  // false for a NaN
 
@@ -67,7 +66,7 @@ rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left
     if (matches[i].bar < -1 || matches[i].bar >= RVDNAV_BARS) return RVDNAV_ERROR_ARGUMENT;
   }
   Context& c = context->context;
-  correlate_rows(c.config, c.rig, grey_view(*left), grey_view(*right), *c.match, matches, match_count);
+  correlate_rows(c.config, c.rig, c.disparities, grey_view(*left), grey_view(*right), c.match, matches, match_count);
   const RectRig rig = rect_rig(c.rig);
   const ProjectionMatrix M_left = projection_matrix(rig, 0);
   const ProjectionMatrix M_right = projection_matrix(rig, 1);

@@ -36,6 +36,6 @@ rvdnav_status rvdnav_hough_track(rvdnav_context* context, int32_t camera, const 
   RVDNAV_TRY(check_windows(windows, window_count));
   if (peaks == nullptr && window_count > 0) return RVDNAV_ERROR_NULL;
   Context& c = context->context;
-  hough_track(edgels, edgel_count, c.config.hough_spread, windows, window_count, *c.work[camera].track, peaks);
+  hough_track(edgels, edgel_count, c.config.hough_spread, windows, window_count, c.work[camera].track, peaks);
   return RVDNAV_OK;
 }

@@ -98,6 +98,7 @@ class Replay {
     size_t space = memory_.size();
     std::align(kAlignment, size, block, space);
     check(rvdnav_context_init(block, size, &config_, &rig, nullptr, &context_), "context");
+    check(rvdnav_context_config(context_, &config_), "context");
   }
 
   void view(int frame, int camera, const std::vector<uint8_t>& pixels) {

@@ -88,7 +88,8 @@ enum {
   RVDNAV_LIMIT_PEAKS = 2,
   RVDNAV_LIMIT_SEGMENTS = 4,
   RVDNAV_LIMIT_BARS = 8,
-  RVDNAV_LIMIT_HYPOTHESES = 16
+  RVDNAV_LIMIT_HYPOTHESES = 16,
+  RVDNAV_LIMIT_RHO = 32 /* hough_rho_bins was set to fewer than the image needs: lines farther out are not seen */
 };
 
 typedef struct rvdnav_context rvdnav_context;
@@ -104,74 +105,82 @@ typedef struct rvdnav_image {
   int32_t stride;
 } rvdnav_image;
 
-/* Pinhole camera with radial and tangential distortion (Brown; OpenCV's k1 k2 p1 p2). */
+/* In brackets: the range of a value, ends included.  NaN is outside every range; whatever is outside is refused. */
+
+/* Pinhole camera with radial and tangential distortion (Brown; OpenCV's k1 k2 p1 p2).  A pixel beyond the fold of the
+ * distortion has no ray: nothing is measured there. */
 typedef struct rvdnav_camera {
-  double fx, fy, cx, cy;
-  double k1, k2, p1, p2;
+  double fx, fy;        /* pixels [1, 1e6] */
+  double cx, cy;        /* pixels [-16384, 16384] */
+  double k1, k2;        /* [-1e9, 1e9] */
+  double p1, p2;        /* [-1e3, 1e3] */
   double R_rect_cam[9]; /* row-major rotation, camera to rectified axes */
 } rvdnav_camera;
 
+/* Every rectified pixel lies within 8191 pixels of the principal point and, in x and in y, within 4095 of its raw one
+ * (both from the middle of the image). */
 typedef struct rvdnav_rig {
   uint32_t struct_size;
-  int32_t width;        /* of both images, pixels, at most 2048 */
-  int32_t height;
+  int32_t width;        /* of both images, pixels [16, 4096] */
+  int32_t height;       /* [16, 4096] */
   int32_t camera_count; /* 1 (left only) or 2 */
-  double focal_rect;    /* common focal length of the rectified views, pixels */
-  double baseline;      /* metres; 0 with one camera */
+  double focal_rect;    /* common focal length of the rectified views, pixels [1, 1e6] */
+  double baseline;      /* metres [1e-6, 1e3]; 0 with one camera */
   rvdnav_camera camera[2];
 } rvdnav_rig;
 
-/* The four-bar bracket: front-face apexes in the capture frame C, metres. */
+/* The four-bar bracket: front-face apexes in the capture frame C, metres [-1e3, 1e3].  Both quadrilaterals are flat,
+ * the inner one inside the outer one, edges at least 1 mm long. */
 typedef struct rvdnav_target {
   uint32_t struct_size;
   uint32_t reserved;
   double outer[4][3]; /* P1..P4 */
   double inner[4][3]; /* Q1..Q4 */
-  double thickness;   /* of the bars towards +x_C */
+  double thickness;   /* of the bars towards +x_C [0, 1e3] */
 } rvdnav_target;
 
-/* Settings; rvdnav_config_default fills all of them. */
+/* Settings; rvdnav_config_default fills all of them, rvdnav_config_range tells a field's range. */
 typedef struct rvdnav_config {
   uint32_t struct_size;
   int32_t isa; /* RVDNAV_ISA_... */
   /* adaptive Sobel: threshold over the local mean m is max(floor, weber * m), with slope weber/4 above the knee */
-  int32_t edge_floor;    /* grey levels of step */
-  int32_t edge_weber_q8; /* fraction of the local mean */
-  int32_t edge_knee;     /* grey level */
-  int32_t edge_min_run;  /* shortest connected edge kept, pixels */
+  int32_t edge_floor;    /* grey levels of step [1, 255] */
+  int32_t edge_weber_q8; /* fraction of the local mean [0, 255] */
+  int32_t edge_knee;     /* grey level [0, 255] */
+  int32_t edge_min_run;  /* shortest connected edge kept, pixels [0, 64] */
   /* Hough space: 180 bins of one degree over theta, rho_bins of one pixel over rho */
-  int32_t hough_rho_bins;
-  int32_t hough_spread; /* half-width of a vote around the gradient's direction, bins */
-  int32_t peak_min_votes;
+  int32_t hough_rho_bins; /* [0, 32768]; 0: as many as the rectified images need */
+  int32_t hough_spread;   /* half-width of a vote around the gradient's direction, bins [0, 45] */
+  int32_t peak_min_votes; /* [1, 65535] */
   /* lines and bars */
-  int32_t segment_min_length; /* pixels */
-  int32_t segment_max_gap;    /* pixels */
+  int32_t segment_min_length; /* pixels [4, 4096] */
+  int32_t segment_max_gap;    /* pixels [0, 4096] */
   /* work limits */
-  int32_t max_edgels;
-  int32_t max_peaks;
-  int32_t max_segments;
-  int32_t max_bars;
-  int32_t max_hypotheses;
+  int32_t max_edgels;     /* [0, 2^22]; 0: a sixteenth of the pixels, at least 65536 */
+  int32_t max_peaks;      /* [1, 2^14] */
+  int32_t max_segments;   /* [1, 2^14] */
+  int32_t max_bars;       /* [1, 2^14] */
+  int32_t max_hypotheses; /* [1, 2^20] */
   /* epipolar correlation */
-  int32_t match_half_window;       /* pixels */
-  int32_t match_row_tolerance;     /* pixels */
-  int32_t match_min_score_q8;      /* ZNCC, 256 = 1 */
-  int32_t match_uniqueness_q8;     /* best rival's score must stay below this fraction of the best */
-  int32_t match_max_gradient_q8;   /* limit of the disparity gradient between neighbours */
-  int32_t match_consistency_q8;    /* left-right disagreement, pixels */
-  double range_min;                /* range gate, metres */
-  double range_max;
-  double blur_sigma;               /* of an edge in the image, pixels: lens and pixel together */
-  rvdnav_clock clock;              /* optional: fills stage_ns */
+  int32_t match_half_window;     /* pixels [1, 10] */
+  int32_t match_row_tolerance;   /* pixels [0, 4] */
+  int32_t match_min_score_q8;    /* ZNCC, 256 = 1 [0, 256] */
+  int32_t match_uniqueness_q8;   /* best rival's score must stay below this fraction of the best [0, 256] */
+  int32_t match_max_gradient_q8; /* limit of the disparity gradient between neighbours [1, 65536] */
+  int32_t match_consistency_q8;  /* left-right disagreement, pixels [0, 65536] */
+  double range_min;              /* range gate, metres [1e-3, 1e4] */
+  double range_max;              /* [1e-3, 1e4], above range_min */
+  double blur_sigma;             /* of an edge in the image, pixels: lens and pixel together [0.1, 10] */
+  rvdnav_clock clock;            /* optional: fills stage_ns */
   void* clock_user;
 } rvdnav_config;
 
 /* A thinned edge pixel in rectified coordinates. */
 typedef struct rvdnav_edgel {
-  int16_t x_q5;
-  int16_t y_q5;
+  int32_t x_q5;
+  int32_t y_q5;
   uint8_t direction; /* of the gradient (towards brighter), 256 to the turn, from +x towards +y, rectified */
-  uint8_t reserved;
+  uint8_t reserved[3];
 } rvdnav_edgel;
 
 /* A local maximum of Hough space. */
@@ -317,10 +326,16 @@ RVDNAV_API uint32_t rvdnav_struct_size(const char* name);
 
 /* ---- context ---- */
 RVDNAV_API rvdnav_status rvdnav_config_default(rvdnav_config* config);
+/* The range of a number of rvdnav_config by its name, ends included; RVDNAV_ERROR_ARGUMENT for another name. */
+RVDNAV_API rvdnav_status rvdnav_config_range(const char* name, double* low, double* high);
 RVDNAV_API rvdnav_status rvdnav_context_size(const rvdnav_config* config, const rvdnav_rig* rig, size_t* size);
 /* memory: aligned to 64 bytes, at least the size asked for; the context lives in it until the caller frees it. */
 RVDNAV_API rvdnav_status rvdnav_context_init(void* memory, size_t size, const rvdnav_config* config, const rvdnav_rig* rig,
                                              const rvdnav_target* target, rvdnav_context** context);
+/* Another target, or none (null), in place.  No other call on the context may run meanwhile. */
+RVDNAV_API rvdnav_status rvdnav_context_set_target(rvdnav_context* context, const rvdnav_target* target);
+/* The settings in use: with numbers in place of zeros that stand for what the rig needs. */
+RVDNAV_API rvdnav_status rvdnav_context_config(const rvdnav_context* context, rvdnav_config* config);
 RVDNAV_API int32_t rvdnav_context_isa(const rvdnav_context* context);
 
 /* ---- the frame ---- */
@@ -347,7 +362,8 @@ RVDNAV_API rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, ui
 RVDNAV_API rvdnav_status rvdnav_rectify_edges(rvdnav_context* context, int32_t camera, const uint32_t* edge_bits,
                                               const uint8_t* direction, rvdnav_edgel* edgels, uint32_t capacity,
                                               uint32_t* count);
-/* accumulator: 180 rows (theta = -45 .. 134 degrees) of hough_rho_bins cells; rho = 0 in the middle cell. */
+/* accumulator: 180 rows (theta = -45 .. 134 degrees) of hough_rho_bins cells (those of rvdnav_context_config); rho = 0 in
+ * the middle cell. */
 RVDNAV_API rvdnav_status rvdnav_hough_vote(rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t edgel_count,
                                            uint16_t* accumulator);
 RVDNAV_API rvdnav_status rvdnav_hough_peaks(rvdnav_context* context, const uint16_t* accumulator, rvdnav_peak* peaks,

@@ -5,8 +5,12 @@ The frames, the rotations and the order of a covariance are stated in docs/conve
 
 from __future__ import annotations
 
+import itertools
 import re
+import statistics
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +21,23 @@ from rvdnav.pose.so3 import make_T, project_to_so3
 ROTATION_TOLERANCE = 1e-6
 """Largest deviation of an element of R Rᵀ from the identity that still counts as rounding."""
 
+
+class TimestampUnit(NamedTuple):
+    """A unit of time: its name in the plural, and how many nanoseconds it has."""
+
+    name: str
+    ns: int
+
+
+NANOSECONDS = TimestampUnit("nanoseconds", 1)
+_OTHER_UNITS = (
+    TimestampUnit("microseconds", 10**3),
+    TimestampUnit("milliseconds", 10**6),
+    TimestampUnit("seconds", 10**9),
+)
+_USUAL_GAPS_NS = (10**6, 5 * 10**9)
+_LEAST_GAP_NS = 10**5
+_UNIX_TIMES_S = (10**8, 4_102_444_800)
 _DECIMAL = re.compile(r"[+-]?[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?")
 _INT64_MAX = 2**63 - 1
 
@@ -45,6 +66,28 @@ def parse_timestamp_ns(text: str) -> int:
     if ns > _INT64_MAX:
         raise ValueError(f"timestamp {text} ns is outside the range of int64")
     return ns
+
+
+def timestamp_unit(stamps: Sequence[int]) -> TimestampUnit:
+    """The unit in which whole numbers, at least one and increasing, are the times of a camera's images.
+
+    The one of microseconds, milliseconds and seconds in which they are Unix times of the years 1973 to 2099 and the
+    images lie a millisecond to 5 s apart, by the median.  Else nanoseconds, if the images then lie 0.1 ms apart or
+    more, or if there is one alone.  Raises ValueError where none fits.
+    """
+    gap = statistics.median(after - before for before, after in itertools.pairwise(stamps)) if len(stamps) > 1 else None
+    if gap is None:
+        return NANOSECONDS
+    for unit in _OTHER_UNITS:
+        dated = _UNIX_TIMES_S[0] <= stamps[0] * unit.ns // 10**9 < _UNIX_TIMES_S[1]
+        if dated and _USUAL_GAPS_NS[0] <= gap * unit.ns <= _USUAL_GAPS_NS[1]:
+            return unit
+    if gap >= _LEAST_GAP_NS:
+        return NANOSECONDS
+    raise ValueError(
+        f"by their stamps the images lie {gap:g} ns apart; stamps are whole nanoseconds, or Unix time in whole "
+        "microseconds, milliseconds or seconds"
+    )
 
 
 def format_timestamp_s(timestamp_ns: int) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -24,20 +26,27 @@ UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\
 
 
 def open_plain(path: Path) -> BinaryIO:
-    """A regular file, open for reading: of a pipe or a device no end may ever come.
-
-    Raises InputError naming it when it is missing, unreadable or something else.
-    """
+    """A regular file, open for reading: of a pipe or a device no end may ever come.  Raises OSError."""
     try:
         file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK))  # noqa: SIM115
-    except (FileNotFoundError, ValueError):  # a name with a NUL byte
+    except ValueError as error:  # a name with a NUL byte
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)) from error
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise OSError(errno.EINVAL, "not a plain file")
+    return file
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[BinaryIO]:
+    """A regular file, open for reading; raises InputError naming it when it is missing or cannot be read."""
+    try:
+        with open_plain(path) as file:
+            yield file
+    except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-        file.close()
-        raise InputError(f"{path}: not a plain file")
-    return file
 
 
 def read_text(path: Path, largest: int = _LARGEST_TEXT) -> str:
@@ -45,8 +54,8 @@ def read_text(path: Path, largest: int = _LARGEST_TEXT) -> str:
 
     Raises InputError naming it when it is missing, unreadable, larger or something else.
     """
-    with open_plain(path) as file:
-        data = _read(path, file, largest)
+    with reading(path) as file:
+        data = file.read(largest + 1)
     if len(data) > largest:
         raise InputError(f"{path}: larger than {largest >> 20} MB")
     text = _decoded(path, data.removeprefix(_MARK))
@@ -62,9 +71,9 @@ def read_lines(path: Path) -> Iterator[tuple[int, str]]:
 
     Raises InputError as `read_text` does, and for more than `MOST_LINES` lines.
     """
-    with open_plain(path) as file:
+    with reading(path) as file:
         number = 0
-        while data := _read(path, file, _LONGEST_LINE, line=True):
+        while data := file.readline(_LONGEST_LINE + 1):
             number += 1
             if number > MOST_LINES:
                 raise InputError(f"{path}: more than {MOST_LINES} lines")
@@ -80,13 +89,6 @@ def read_lines(path: Path) -> Iterator[tuple[int, str]]:
 def read_rows(path: Path) -> Iterator[tuple[int, str]]:
     """As `read_lines`, without blank lines and comments, which begin with #."""
     return ((number, line) for number, line in read_lines(path) if line.strip() and not line.lstrip().startswith("#"))
-
-
-def _read(path: Path, file: BinaryIO, most: int, line: bool = False) -> bytes:
-    try:
-        return file.readline(most + 1) if line else file.read(most + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _decoded(path: Path, data: bytes) -> str:

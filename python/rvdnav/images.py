@@ -1,23 +1,28 @@
-"""Grey images and the PNG files that they come from."""
+"""Grey images and the files that they come from: one reader for all, which gives the pixels as the sensor did."""
 
 from __future__ import annotations
 
-import struct
-import zlib
 from pathlib import Path
+from typing import cast
 
 import attrs
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rvdnav.files import open_plain
+from rvdnav.image_header import PNG_SIGNATURE, Header, ImageError, parse_header, png_chunks, png_orientation
+
+__all__ = ["Image", "ImageError", "PixelArray", "Raster", "image_size", "png_bytes", "read_image"]
+
 PixelArray = NDArray[np.uint8]
+LevelArray = NDArray[np.uint8] | NDArray[np.uint16]
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-
-
-class ImageError(ValueError):
-    """A file that holds no whole PNG image; the message says why, without naming it."""
+_LARGEST_FILE = 256 << 20
+_PNG_HEADER = 26
+_PNG_ESSENTIAL = {b"IHDR", b"PLTE", b"IDAT", b"IEND"}
+_STORED = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # a file at fault is told in our words, once
 
 
 def _pixels(value: PixelArray) -> PixelArray:
@@ -37,44 +42,59 @@ class Image:
     timestamp_ns: int
 
 
-def png_size(path: Path) -> tuple[int, int]:
-    """Width and height, px, from the header of a PNG file.  Raises ImageError when it has none."""
-    try:
-        with path.open("rb") as file:
-            header = file.read(24)
-    except OSError as error:
-        raise ImageError(f"cannot be read ({error.strerror})") from error
-    if len(header) < 24 or not header.startswith(_SIGNATURE) or header[12:16] != b"IHDR":
-        raise ImageError("is not a PNG image")
-    width, height = struct.unpack(">II", header[16:24])
-    return width, height
+@attrs.frozen(eq=False)
+class Raster:
+    """What an image file holds: grey levels uint8 or uint16 (height, width), the latter up to 65535 for white.
 
-
-def read_png(path: Path) -> tuple[PixelArray, str | None]:
-    """The 8-bit grey pixels (height, width) of a PNG file, and from what they were converted, if from something else.
-
-    16-bit values are scaled by 255/65535.  Raises ImageError when the file is unreadable, truncated or corrupt.
+    colour: whether the file's pixels had colours.  orientation: what EXIF says that a viewer should do with them, 1 for
+    nothing; the pixels are as they are stored, for that is how the camera was calibrated.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ImageError(f"cannot be read ({error.strerror})") from error
-    _check_whole(data)
-    try:
-        decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error as error:
-        raise ImageError("cannot be decoded") from error
-    if decoded is None:
-        raise ImageError("cannot be decoded")
-    kinds = []
-    if decoded.ndim == 3:
-        kinds.append("colour")
-        code = cv2.COLOR_BGRA2GRAY if decoded.shape[2] == 4 else cv2.COLOR_BGR2GRAY
-        decoded = cv2.cvtColor(decoded, code)
-    if decoded.dtype == np.uint16:
-        kinds.append("16-bit")
-        decoded = (decoded.astype(np.uint32) + 128) // 257
-    return decoded.astype(np.uint8), " ".join(kinds) or None
+
+    pixels: LevelArray
+    colour: bool = False
+    orientation: int = 1
+
+    @property
+    def grey8(self) -> PixelArray:
+        """The pixels in 8 bits; 16-bit values are scaled by 255/65535."""
+        if self.pixels.dtype == np.uint8:
+            return np.ascontiguousarray(self.pixels, dtype=np.uint8)
+        return ((self.pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+
+    @property
+    def conversion(self) -> str | None:
+        """What `grey8` makes of the file's pixels, for the user; None where it has them as they are."""
+        kinds = ["colour"] * self.colour + ["16-bit"] * (self.pixels.dtype == np.uint16)
+        return f"{' '.join(kinds)} images are converted to 8-bit grey" if kinds else None
+
+    @property
+    def ignored_orientation(self) -> str | None:
+        """That the file wants to be shown turned, for the user; None where it doesn't."""
+        if self.orientation == 1:
+            return None
+        return f"EXIF orientation {self.orientation} is ignored, the pixels are taken as stored"
+
+
+def image_size(path: Path) -> tuple[int, int]:
+    """Width and height, px, from the header of an image file.  Raises ImageError when it has none."""
+    header = parse_header(_bytes(path, header_alone=True))
+    return header.width, header.height
+
+
+def read_image(path: Path) -> Raster:
+    """The grey image in a PNG, JPEG, TIFF, BMP or PGM file, told by its contents.
+
+    Raises ImageError when the file is unreadable, truncated, corrupt or larger than any camera's.
+    """
+    data = _bytes(path)
+    header = parse_header(data)
+    if header.kind == "PGM":
+        return _read_pgm(header, data)
+    if header.kind == "PNG":
+        return _read_png(data)
+    if header.orientation_at is not None:  # OpenCV turns TIFF images whatever it is told
+        data = _upright(data, header.orientation_at)
+    return Raster(_decoded(data, _STORED, header), orientation=header.orientation)
 
 
 def png_bytes(pixels: PixelArray) -> bytes:
@@ -85,24 +105,72 @@ def png_bytes(pixels: PixelArray) -> bytes:
     return encoded.tobytes()
 
 
-def _check_whole(data: bytes) -> None:
-    """Raise ImageError unless every chunk of a PNG is there and carries its checksum.
+def _bytes(path: Path, header_alone: bool = False) -> bytes:
+    try:
+        with open_plain(path) as file:
+            data = file.read(_PNG_HEADER)
+            if not (header_alone and data.startswith(PNG_SIGNATURE)):
+                data += file.read(_LARGEST_FILE + 1)
+    except OSError as error:
+        raise ImageError(f"cannot be read ({error.strerror})") from error
+    if len(data) > _LARGEST_FILE:
+        raise ImageError(f"is larger than {_LARGEST_FILE >> 20} MB")
+    return data
 
-    The decoder alone would fill what is missing with black and say nothing.
-    """
-    if not data.startswith(_SIGNATURE):
-        raise ImageError("is not a PNG image")
-    view = memoryview(data)
-    position = len(_SIGNATURE)
-    while position + 12 <= len(data):
-        (length,) = struct.unpack_from(">I", data, position)
-        end = position + 12 + length
-        if end > len(data):
-            break
-        (checksum,) = struct.unpack_from(">I", data, end - 4)
-        if zlib.crc32(view[position + 4 : end - 4]) != checksum:
-            raise ImageError("is corrupt")
-        if data[position + 4 : position + 8] == b"IEND":
-            return
+
+def _decoded(data: bytes, flags: int, header: Header) -> LevelArray:
+    try:
+        decoded = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except (cv2.error, SystemError) as error:
+        raise ImageError("cannot be decoded") from error
+    if decoded is None or decoded.dtype not in (np.uint8, np.uint16):
+        raise ImageError("cannot be decoded")
+    if decoded.shape[:2] != (header.height, header.width):
+        raise ImageError("is not of the size that its header says")
+    return cast(LevelArray, decoded)
+
+
+def _read_png(data: bytes) -> Raster:
+    """The decoder is given what makes the pixels alone."""
+    orientation, essential = 1, [PNG_SIGNATURE]
+    position = len(PNG_SIGNATURE)
+    for name, contents in png_chunks(data):
+        end = position + 12 + len(contents)
+        if name in _PNG_ESSENTIAL:
+            essential.append(data[position:end])
+        elif name == b"eXIf":
+            orientation = png_orientation(contents)
         position = end
-    raise ImageError("is truncated")
+    pixels = _decoded(b"".join(essential), cv2.IMREAD_UNCHANGED, parse_header(data))
+    if pixels.ndim == 2:
+        return Raster(pixels, orientation=orientation)
+    code = cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY
+    grey = cast(LevelArray, cv2.cvtColor(pixels, code))
+    return Raster(grey, colour=True, orientation=orientation)
+
+
+def _read_pgm(header: Header, data: bytes) -> Raster:
+    """Plain or raw; levels are scaled so that white is the largest of their type, as the format means them."""
+    count, largest = header.width * header.height, header.largest
+    if data.startswith(b"P2"):
+        words = data[header.pixels_at :].split(maxsplit=count)[:count]
+        if not all(len(word) <= 5 and word.isdigit() for word in words):
+            raise ImageError("is corrupt")
+        levels = np.array(words, dtype="S5").astype(np.uint32)
+    else:
+        stored = np.dtype(np.uint8 if largest < 256 else ">u2")
+        levels = np.frombuffer(
+            data, stored, min(count, (len(data) - header.pixels_at) // stored.itemsize), header.pixels_at
+        )
+    if levels.size < count:
+        raise ImageError("is truncated")
+    kind, white = (np.uint8, 255) if largest < 256 else (np.uint16, 65535)
+    if largest != white:
+        levels = (np.minimum(levels, largest).astype(np.uint32) * white + largest // 2) // largest
+    return Raster(cast(LevelArray, levels.astype(kind).reshape(header.height, header.width)))
+
+
+def _upright(data: bytes, orientation_at: slice) -> bytes:
+    turned = bytearray(data)
+    turned[orientation_at] = b"\1\0" if data.startswith(b"II") else b"\0\1"
+    return bytes(turned)

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import bisect
+import os
 from pathlib import Path
 
 import attrs
 
-from rvdnav.conventions import parse_timestamp_ns
+from rvdnav.conventions import NANOSECONDS, parse_timestamp_ns, timestamp_unit
 from rvdnav.errors import InputError
-from rvdnav.files import plain_name, read_rows
-from rvdnav.images import ImageError, png_size
+from rvdnav.files import MOST_LINES, plain_name, read_rows
+from rvdnav.images import ImageError, Raster, image_size, read_image
 from rvdnav.rig import Rig
+from rvdnav.video import FORMATS, Video, open_video
 
 
 @attrs.frozen
 class Entry:
-    """An image that the record lists, its name for the user, and whether its file begins like an image."""
+    """An image that the record lists, its name for the user, its file or the video that it is a frame of, and whether
+    the file begins like an image."""
 
     timestamp_ns: int
     name: str
     path: Path
     readable: bool = True
+    video: Video | None = None
+
+    def size(self) -> tuple[int, int]:
+        """Width and height, px, as the file says.  Raises ImageError when it doesn't."""
+        return image_size(self.path) if self.video is None else (self.video.width, self.video.height)
+
+    def read(self) -> Raster:
+        """The image.  Raises ImageError when there is none."""
+        return read_image(self.path) if self.video is None else Raster(self.video.frame(self.timestamp_ns))
 
 
 @attrs.frozen
@@ -33,14 +45,37 @@ class Moment:
     right: Entry | None
 
 
-def list_images(camera: Path) -> list[Entry]:
-    """What one camera recorded, in time order; nothing when its folder is absent."""
+def list_images(camera: Path, notices: list[str]) -> list[Entry]:
+    """What one camera recorded, in time order: in its folder, or in a video beside it of its name; nothing when neither
+    is there.
+
+    A unit of its stamps other than nanoseconds (see `timestamp_unit`) is told to `notices`.
+    """
+    videos = [camera.with_suffix(suffix) for suffix in FORMATS if camera.with_suffix(suffix).exists()]
+    if len(videos) > 1 or (videos and camera.is_dir()):
+        other = camera if camera.is_dir() else videos[1]
+        raise InputError(f"{videos[0]}: there is {other.name} too, and either may be this camera's")
+    if videos:
+        return _video_frames(videos[0])
     if not camera.is_dir():
         return []
     entries = _read_index(camera) if (camera / "data.csv").exists() else _read_names(camera)
     if not entries:
         raise InputError(f"{camera}: holds no images: no row in data.csv, or no data/<timestamp in ns>.png without it")
-    return sorted(entries, key=lambda entry: entry.timestamp_ns)
+    entries = sorted(entries, key=lambda entry: entry.timestamp_ns)
+    try:
+        unit = timestamp_unit([entry.timestamp_ns for entry in entries])
+    except ValueError as error:
+        raise InputError(f"{camera}: {error}") from error
+    if unit is NANOSECONDS:
+        return entries
+    notices.append(f"{camera.name}: the timestamps are taken for {unit.name} of Unix time")
+    return [attrs.evolve(entry, timestamp_ns=entry.timestamp_ns * unit.ns) for entry in entries]
+
+
+def _video_frames(path: Path) -> list[Entry]:
+    video = open_video(path)
+    return [Entry(stamp, f"{path.name} at {stamp / 1e9:.3f} s", path, video=video) for stamp in video.stamps_ns]
 
 
 def _read_index(camera: Path) -> list[Entry]:
@@ -61,11 +96,25 @@ def _read_index(camera: Path) -> list[Entry]:
 
 
 def _read_names(camera: Path) -> list[Entry]:
-    files = [file for file in (camera / "data").glob("*.png") if file.stem.isascii() and file.stem.isdecimal()]
+    entries: dict[int, Entry] = {}
     try:
-        return [_entry(camera, file.stem, file.name) for file in files]
+        for name in sorted(os.listdir(camera / "data")):
+            stem, ending = os.path.splitext(name)
+            if ending != ".png" or not (stem.isascii() and stem.isdecimal()):
+                continue
+            entry = _entry(camera, stem, name)
+            if entry.timestamp_ns in entries:
+                raise ValueError(f"{entries[entry.timestamp_ns].path.name} and {name} have the same timestamp")
+            if len(entries) == MOST_LINES:
+                raise ValueError(f"more than {MOST_LINES} images")
+            entries[entry.timestamp_ns] = entry
     except ValueError as error:
         raise InputError(f"{camera / 'data'}: {error}") from error
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise InputError(f"{camera / 'data'}: cannot be read: {error.strerror}") from error
+    return list(entries.values())
 
 
 def _entry(camera: Path, timestamp: str, filename: str) -> Entry:
@@ -77,7 +126,7 @@ def check_images(entries: list[Entry], rig: Rig, notices: list[str]) -> list[Ent
     checked = []
     for entry in entries:
         try:
-            size = png_size(entry.path)
+            size = entry.size()
         except ImageError as error:
             notices.append(missing(entry, error))
             checked.append(attrs.evolve(entry, readable=False))

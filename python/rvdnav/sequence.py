@@ -9,7 +9,7 @@ from pathlib import Path
 import attrs
 
 from rvdnav.errors import InputError
-from rvdnav.images import Image, ImageError, read_png
+from rvdnav.images import Image, ImageError
 from rvdnav.recording import Entry, Moment, check_images, list_images, missing, pair, single
 from rvdnav.rig import Rig, load_rig
 from rvdnav.target import Target, load_target
@@ -49,7 +49,7 @@ class Sequence:
         self.truth = truth
         self._moments = moments
         self._notices = dict.fromkeys(notices)
-        self._conversions: set[str] = set()
+        self._told: set[str] = set()
 
     @property
     def notices(self) -> list[str]:
@@ -76,22 +76,24 @@ class Sequence:
         if entry is None or not entry.readable:
             return None
         try:
-            pixels, kind = read_png(entry.path)
+            raster = entry.read()
         except ImageError as error:
             self._notices[missing(entry, error)] = None
             return None
-        if kind is not None and kind not in self._conversions:
-            self._conversions.add(kind)
-            self._notices[f"{kind} images are converted to 8-bit grey, {entry.name} the first of them"] = None
-        return Image(pixels, entry.timestamp_ns)
+        for told in (raster.conversion, raster.ignored_orientation):
+            if told is not None and told not in self._told:
+                self._told.add(told)
+                self._notices[f"{told}, {entry.name} the first of them"] = None
+        return Image(raster.grey8, entry.timestamp_ns)
 
 
 def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLERANCE_NS) -> Sequence:
     """Open a sequence folder in the EuRoC/ASL layout.
 
     It holds `cam0/data/<ns>.png` and the same for cam1 (either camera may be absent), each with `data.csv` or else
-    taken by file name, `camchain.yaml`, `rig.yaml` (optional), `target.yaml`, and `groundtruth.tum` (optional).  A left
-    and a right image are a pair when they are each other's nearest in time and within the tolerance, ns.
+    taken by file name, or videos in their place (`cam0.mp4`, see `video.FORMATS`), whose stamps count from their
+    beginning; `camchain.yaml`, `rig.yaml` (optional), `target.yaml`, and `groundtruth.tum` (optional).  A left and a
+    right image are a pair when they are each other's nearest in time and within the tolerance, ns.
 
     Raises InputError naming the file when the folder is missing or empty, a file is malformed, or an image has not the
     size of the calibration.  An image that is missing, damaged or unpaired is no error but a notice.
@@ -99,14 +101,15 @@ def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLER
     folder = Path(path)
     if not os.path.isdir(folder):
         raise InputError(f"{folder}: {'not a folder' if os.path.exists(folder) else 'no such folder'}")
-    if not any((folder / name).is_dir() for name in CAMERAS):
-        raise InputError(f"{folder}: not a sequence: holds neither cam0 nor cam1")
     notices: list[str] = []
+    recorded = [list_images(folder / name, notices) for name in CAMERAS]
+    if not any(recorded):
+        raise InputError(f"{folder}: not a sequence: holds neither cam0 nor cam1")
     rig = load_rig(folder, notices)
     target = load_target(folder / "target.yaml")
     truth_path = folder / "groundtruth.tum"
     truth = read_tum(truth_path) if truth_path.exists() else None
-    left, right = (check_images(list_images(folder / name), rig, notices) for name in CAMERAS)
+    left, right = (check_images(entries, rig, notices) for entries in recorded)
     if right and not rig.is_stereo:
         raise InputError(f"{folder / 'camchain.yaml'}: cam1 is missing, but there are images of it")
     if not any(entry.readable for entry in left + right):

@@ -19,8 +19,11 @@ from rvdnav.yamlio import Section, read_yaml
 __all__ = ["EDGE_NAMES", "Bar", "Bracket", "Target", "load_target"]
 
 _SIZES = ("long_base", "short_base", "height", "bar_width")
-_KEYS = ("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edges", "faces", *_SIZES)
-_KNOWLEDGE = ("tolerance",)
+_KEYS = (
+    *("name", "units", "dimensions", "points", "lines", "bars", "bar_thickness", "edge_radius", "edges", "faces"),
+    "tolerance",
+    *_SIZES,
+)
 
 UNSTATED_TOLERANCE = 3e-4
 """Standard deviation of a point's coordinates where the file says nothing, m: a thing measured with calipers."""
@@ -76,7 +79,8 @@ class Target:
     """A target with straight edges.
 
     points: name -> position (3,), m in C.  lines: name -> names of the two ends.  bars, and their thickness towards
-    +x_C, m.  edges: further straight edges, by their ends.  faces: planar polygons, counter-clockwise from outside.
+    +x_C, m.  edge_radius: by which all edges are rounded, m; the points are where they would meet if they were sharp.
+    edges: further straight edges, by their ends.  faces: planar polygons, counter-clockwise from outside.
     dimensions_known: whether the points are the true sizes or merely an example of the shape.
     tolerance: name -> standard deviation of each coordinate of a point, m; None where nobody said, then
     `UNSTATED_TOLERANCE` stands for it.
@@ -90,6 +94,7 @@ class Target:
     lines: dict[str, tuple[str, str]] = attrs.field(factory=dict, converter=_lines)
     bars: tuple[Bar, ...] = attrs.field(default=(), converter=_bars)
     bar_thickness: float = 0.0
+    edge_radius: float = 0.0
     edges: tuple[tuple[str, str], ...] = attrs.field(default=(), converter=_edges)
     faces: tuple[tuple[str, ...], ...] = attrs.field(default=(), converter=_faces)
     dimensions_known: bool = True
@@ -102,8 +107,9 @@ class Target:
         self._check_points()
         self._check_names()
         self._check_faces()
-        if not 0.0 <= self.bar_thickness < np.inf:
-            raise ValueError("bar_thickness is not a length")
+        for name in ("bar_thickness", "edge_radius"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} is not a length")
         if self.tolerance is not None:
             self._check_tolerance(self.tolerance)
         if not self.bars or not {"l1", "l2", "l3", "l4"} <= self.lines.keys():
@@ -213,7 +219,7 @@ def load_target(path: str | Path) -> Target:
     edges, contradicts itself (see `Target`), or states a size that its points do not have.
     """
     section = read_yaml(Path(path))
-    section.only(*_KEYS, *_KNOWLEDGE)
+    section.only(*_KEYS)
     if section.text("units") not in _METRES:
         raise section.fault("units", f"{section.text('units')!r} is not supported, only 'mm' and 'm'")
     scale = _METRES[section.text("units")]
@@ -232,6 +238,7 @@ def load_target(path: str | Path) -> Target:
             lines=lines,
             bars=bars,
             bar_thickness=scale * section.number("bar_thickness") if thick else 0.0,
+            edge_radius=scale * section.number("edge_radius") if "edge_radius" in section else 0.0,
             edges=[_as_pair(section, "edges", ends) for ends in edges],
             faces=section.text_lists("faces") if "faces" in section else (),
             dimensions_known=known,

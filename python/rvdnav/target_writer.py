@@ -20,6 +20,8 @@ def save_target(target: Target, path: str | Path) -> None:
     lines = [f"name: {_quoted(target.name)}", "units: mm"]
     if target.bars:
         lines.append(f"bar_thickness: {_millimetres(target.bar_thickness)}")
+    if target.edge_radius:
+        lines.append(f"edge_radius: {_millimetres(target.edge_radius)}")
     lines.append("points:")
     for name, point in target.points.items():
         lines.append(f"  {_quoted(name)}: [{', '.join(map(_millimetres, point.tolist()))}]")

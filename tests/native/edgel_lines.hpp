@@ -26,15 +26,16 @@ inline void add_line(std::vector<rvdnav_edgel>& edgels, const Line& line, Random
         line.theta_deg + (line.flipped ? 180.0 : 0.0) + random.real(-direction_noise, direction_noise);
     const long level = std::lround(degrees * 256.0 / 360.0);
     edgels.push_back(
-        {static_cast<int16_t>(x * 32), static_cast<int16_t>(y * 32), static_cast<uint8_t>(level & 255), 0});
+        {static_cast<int32_t>(x * 32), static_cast<int32_t>(y * 32), static_cast<uint8_t>(level & 255), {}});
   }
 }
 
 inline void add_clutter(std::vector<rvdnav_edgel>& edgels, int count, Random& random) {
   for (int i = 0; i < count; ++i)
-    edgels.push_back({static_cast<int16_t>(random.between(-350 * 32, 350 * 32)),
-                      static_cast<int16_t>(random.between(-280 * 32, 280 * 32)),
-                      static_cast<uint8_t>(random.between(0, 255)), 0});
+    edgels.push_back({random.between(-350 * 32, 350 * 32),
+                      random.between(-280 * 32, 280 * 32),
+                      static_cast<uint8_t>(random.between(0, 255)),
+                      {}});
 }
 
 // How far a line given as a peak lies from another at the ends of the latter, pixels.

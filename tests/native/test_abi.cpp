@@ -87,7 +87,7 @@ TEST_CASE("a context for one camera needs less memory than for two") {
 
 TEST_CASE("an unusable rig is refused") {
   CHECK(with_rig([](rvdnav_rig& r) { r.struct_size = 8; }) == RVDNAV_ERROR_STRUCT_SIZE);
-  CHECK(with_rig([](rvdnav_rig& r) { r.width = 2049; }) == RVDNAV_ERROR_CALIBRATION);
+  CHECK(with_rig([](rvdnav_rig& r) { r.width = 4097; }) == RVDNAV_ERROR_CALIBRATION);
   CHECK(with_rig([](rvdnav_rig& r) { r.height = 0; }) == RVDNAV_ERROR_CALIBRATION);
   CHECK(with_rig([](rvdnav_rig& r) { r.camera_count = 3; }) == RVDNAV_ERROR_CALIBRATION);
   CHECK(with_rig([](rvdnav_rig& r) { r.focal_rect = 0.0; }) == RVDNAV_ERROR_CALIBRATION);
@@ -97,7 +97,7 @@ TEST_CASE("an unusable rig is refused") {
   CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].p2 = kNan; }) == RVDNAV_ERROR_CALIBRATION);
   CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].R_rect_cam[0] = -1.0; }) == RVDNAV_ERROR_CALIBRATION);
   CHECK(with_rig([](rvdnav_rig& r) { r.camera[1].R_rect_cam[1] = 1e-5; }) == RVDNAV_ERROR_CALIBRATION);
-  CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].k1 = -3.0; }) == RVDNAV_ERROR_CALIBRATION);  // folds over
+  CHECK(with_rig([](rvdnav_rig& r) { r.camera[0].cx = 9000.0; }) == RVDNAV_ERROR_CALIBRATION);  // beyond the map
 }
 
 TEST_CASE("a degenerate bracket is refused") {
@@ -118,8 +118,8 @@ TEST_CASE("a degenerate bracket is refused") {
 TEST_CASE("settings out of their range are refused") {
   CHECK(with_config([](rvdnav_config& c) { c.struct_size -= 4; }) == RVDNAV_ERROR_STRUCT_SIZE);
   CHECK(with_config([](rvdnav_config& c) { c.edge_floor = 0; }) == RVDNAV_ERROR_ARGUMENT);
-  CHECK(with_config([](rvdnav_config& c) { c.hough_rho_bins = 5000; }) == RVDNAV_ERROR_ARGUMENT);
-  CHECK(with_config([](rvdnav_config& c) { c.max_edgels = 0; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.hough_rho_bins = 40000; }) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(with_config([](rvdnav_config& c) { c.max_edgels = -1; }) == RVDNAV_ERROR_ARGUMENT);
   CHECK(with_config([](rvdnav_config& c) { c.range_max = c.range_min; }) == RVDNAV_ERROR_ARGUMENT);
   CHECK(with_config([](rvdnav_config& c) { c.blur_sigma = kNan; }) == RVDNAV_ERROR_ARGUMENT);
   CHECK(with_config([](rvdnav_config& c) { c.isa = 9; }) == RVDNAV_ERROR_ARGUMENT);

@@ -75,11 +75,13 @@ TEST_CASE("edgels anywhere and windows anywhere go through Hough space") {
   rvdnav_config config = scene::config();
   const scene::Owner owner(config, odd_rig(), nullptr);
   REQUIRE(owner.status == RVDNAV_OK);
+  REQUIRE(rvdnav_context_config(owner.context, &config) == RVDNAV_OK);
   std::vector<rvdnav_edgel> edgels(3000);
   for (rvdnav_edgel& e : edgels) {
-    e = {static_cast<int16_t>(random()), static_cast<int16_t>(random()), static_cast<uint8_t>(random()), 0};
+    e = {static_cast<int32_t>(random()), static_cast<int32_t>(random()), static_cast<uint8_t>(random()), {}};
+    if (random() % 2 == 0) e = {e.x_q5 >> 17, e.y_q5 >> 17, e.direction, {}};
   }
-  edgels[0] = {-32768, -32768, 96, 0};
+  edgels[0] = {INT32_MIN, INT32_MIN, 96, {}};
   const auto count = static_cast<uint32_t>(edgels.size());
   std::vector<uint16_t> accumulator(size_t{180} * static_cast<size_t>(config.hough_rho_bins));
   REQUIRE(rvdnav_hough_vote(owner.context, edgels.data(), count, accumulator.data()) == RVDNAV_OK);

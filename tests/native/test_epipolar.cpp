@@ -60,8 +60,12 @@ plain::Grey draw_right(const rvdnav_rig& rig, const Texture& texture, const std:
 
 std::vector<rvdnav_match> correlate(const rvdnav_config& config, const rvdnav_rig& rig, const plain::Grey& left,
                                     const plain::Grey& right, std::vector<rvdnav_match> matches) {
-  static const auto scratch = std::make_unique<MatchScratch>();
-  correlate_rows(config, rig, left.view(), right.view(), *scratch, matches.data(),
+  const Disparities disparities = allowed_disparities(config, rig, 600.0);
+  std::vector<int16_t> window(kMaxWindow * kMaxWindow);
+  std::vector<int16_t> band(static_cast<size_t>((disparities.count + kMaxWindow) * kMaxBandRows));
+  std::vector<float> score(static_cast<size_t>(disparities.count));
+  const MatchScratch scratch = {window.data(), band.data(), score.data()};
+  correlate_rows(config, rig, disparities, left.view(), right.view(), scratch, matches.data(),
                  static_cast<uint32_t>(matches.size()));
   return matches;
 }

@@ -4,7 +4,7 @@
 /* An array of negative size stops the compiler where the condition is false. */
 #define CHECK_AT_COMPILE_TIME(name, condition) typedef char name[(condition) ? 1 : -1]
 
-CHECK_AT_COMPILE_TIME(edgel_is_packed, sizeof(rvdnav_edgel) == 6);
+CHECK_AT_COMPILE_TIME(edgel_is_packed, sizeof(rvdnav_edgel) == 12);
 CHECK_AT_COMPILE_TIME(lines_of_all_edges,
                       sizeof(((rvdnav_view_result*)0)->lines) == RVDNAV_EDGES * sizeof(rvdnav_line));
 CHECK_AT_COMPILE_TIME(all_apexes, sizeof(((rvdnav_view_result*)0)->apexes) == RVDNAV_APEXES * 2 * sizeof(double));

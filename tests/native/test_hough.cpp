@@ -73,9 +73,7 @@ TEST_CASE("votes add up, and those beyond the accumulator are left out") {
   for (size_t i = 0; i < acc.size(); ++i) REQUIRE(twice[i] == 2 * acc[i]);
 
   // 100 cells: rho from -50.5 to 49.5.
-  const auto at = [](int x, uint8_t direction) {
-    return std::vector<rvdnav_edgel>{{static_cast<int16_t>(x * 32), 0, direction, 0}};
-  };
+  const auto at = [](int x, uint8_t direction) { return std::vector<rvdnav_edgel>{{x * 32, 0, direction, {}}}; };
   const auto sum = [&](int x, uint8_t direction) {
     const std::vector<uint16_t> small = vote(at(x, direction), 100, 0);
     return std::accumulate(small.begin(), small.end(), 0);

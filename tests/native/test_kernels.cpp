@@ -30,7 +30,7 @@ Rows run(const Kernels& kernels, const plain::Grey& image, const std::vector<int
 
 }  // namespace
 
-TEST_CASE("every instruction set of this machine gives the bits of the scalar kernels") {
+TEST_CASE("every instruction set that this build and machine have gives the bits of the scalar kernels") {
   const Kernels* scalar = select_kernels(RVDNAV_ISA_SCALAR);
   REQUIRE(scalar != nullptr);
   plain::Random random(2);

@@ -21,9 +21,10 @@ void add_noisy(std::vector<rvdnav_edgel>& edgels, const plain::Line& line, plain
   for (double t = line.t_min; t <= line.t_max; t += 1.0) {
     const double rho = line.rho + random.real(-noise, noise);
     const double degrees = line.theta_deg + (line.flipped ? 180.0 : 0.0) + random.real(-3.0, 3.0);
-    edgels.push_back({static_cast<int16_t>(std::lround(32.0 * (rho * c - t * s))),
-                      static_cast<int16_t>(std::lround(32.0 * (rho * s + t * c))),
-                      static_cast<uint8_t>(std::lround(degrees * 256.0 / 360.0) & 255), 0});
+    edgels.push_back({static_cast<int32_t>(std::lround(32.0 * (rho * c - t * s))),
+                      static_cast<int32_t>(std::lround(32.0 * (rho * s + t * c))),
+                      static_cast<uint8_t>(std::lround(degrees * 256.0 / 360.0) & 255),
+                      {}});
   }
 }
 

@@ -23,7 +23,8 @@ rvdnav_window window_at(const plain::Line& line, double d_rho, double d_theta_de
 }
 
 rvdnav_peak track(const std::vector<rvdnav_edgel>& edgels, const rvdnav_window& window, int32_t spread = 4) {
-  static TrackScratch scratch;
+  static std::vector<uint16_t> votes(track_votes(kTrackMinShear));
+  const TrackScratch scratch = {kTrackMinShear, votes.data()};
   rvdnav_peak peak = {1, 2, 3};
   hough_track(edgels.data(), static_cast<uint32_t>(edgels.size()), spread, &window, 1, scratch, &peak);
   return peak;

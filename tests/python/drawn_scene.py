@@ -55,7 +55,7 @@ def wide_rig() -> Rig:
     T_cam1_cam0 = np.eye(4)
     T_cam1_cam0[:3, :3] = Rotation.from_euler("xyz", [0.4, 3.2, -0.5], degrees=True).as_matrix()
     T_cam1_cam0[:3, 3] = [-0.1998, 0.0011, 0.0062]
-    return Rig((left, right), world_from_camchain(T_cam1_cam0))
+    return Rig((left, right), world_from_camchain(T_cam1_cam0), np.zeros((22, 22)))
 
 
 def bracket_target(
@@ -80,7 +80,7 @@ def bracket_target(
         points.update({f"{kind}{i}": [0.0, *corner] for i, corner in enumerate(corners, start=1)})
     lines = {"l1": ("P1", "P2"), "l2": ("P3", "P4"), "l3": ("P2", "P3"), "l4": ("P4", "P1")}
     bars = [Bar(name, outer, (outer[0].replace("P", "Q"), outer[1].replace("P", "Q"))) for name, outer in lines.items()]
-    return Target("drawn", points, lines, bars, thickness)
+    return Target("drawn", points, lines, bars, thickness, tolerance=dict.fromkeys(points, 0.0))
 
 
 def pose(

@@ -16,8 +16,7 @@ import pytest
 from drawn_scene import START_NS, STEP_NS, Look, bracket_target, draw_images, example_rig, frame_of, pose
 from rvdnav import Frame, InputError, Navigator, Rig, open_sequence
 from rvdnav.blackbox import Recorder, replay
-from rvdnav.errors import CoreError
-from rvdnav.images import Image, read_png
+from rvdnav.images import Image, read_image
 from rvdnav.output import read_solutions
 from rvdnav.solution import Reason, State
 
@@ -104,7 +103,7 @@ def test_what_is_recorded_is_what_was_delivered(lost: Path, images: list[tuple[n
     assert int(rows[4][3]) == START_NS + 6 * STEP_NS + 300_000
     for row, step in zip(rows[:4], steps[:4], strict=True):
         for camera in range(2):
-            pixels, _ = read_png(lost / f"cam{camera}" / "data" / row[2 + 2 * camera])
+            pixels = read_image(lost / f"cam{camera}" / "data" / row[2 + 2 * camera]).pixels
             np.testing.assert_array_equal(pixels, images[step][camera])
     solutions = read_solutions(lost)
     assert [s.reasons for s in solutions[1:4]] == [frozenset(), {Reason.TIME_ORDER}, frozenset()]
@@ -153,7 +152,7 @@ def test_the_digests_are_those_that_sha256sum_gives(lost: Path) -> None:
 def change_a_pixel(box: Path) -> Path:
     """In the left image of the box's first frame, where a corner of the bracket is."""
     path = box / "cam0" / "data" / f"{START_NS + 2 * STEP_NS}.png"
-    pixels, _ = read_png(path)
+    pixels = read_image(path).pixels
     T = pose(0.78, 0.01, 0.06, 2.0, -3.0, 2.0)
     middle = (TARGET.bracket.outer[0] + TARGET.bracket.outer[1]) / 2
     x, y = np.round(RIG.project(0, T[:3, :3] @ middle + T[:3, 3])).astype(int)
@@ -277,11 +276,14 @@ def test_a_folder_of_something_else_is_left_alone(images: list[tuple[np.ndarray,
     assert replay(tmp_path / "box").frames == 1
 
 
-def test_a_refused_call_begins_anew(images: list[tuple[np.ndarray, np.ndarray]]) -> None:
+def test_a_refused_call_is_as_if_it_had_not_been(images: list[tuple[np.ndarray, np.ndarray]], tmp_path: Path) -> None:
     held = recorder()
     held.process(frame_of(images[0], START_NS))
-    with pytest.raises(CoreError):
+    with pytest.raises(ValueError, match=r"704x100 px, but the rig's are 704x576"):
         held.process(frame_of([image[:100] for image in images[1]], START_NS + STEP_NS))
-    assert len(held) == 0
+    held.process(frame_of(images[1], START_NS + STEP_NS))
+    held.write(tmp_path / "box")
+    again = replay(tmp_path / "box")
+    assert (again.frames, again.difference) == (2, None)
     with pytest.raises(ValueError, match="at least one frame"):
         recorder(frames=0)

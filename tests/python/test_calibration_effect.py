@@ -113,7 +113,8 @@ def test_the_covariance_is_that_of_poses_under_drawn_calibrations() -> None:
     np.testing.assert_allclose(np.std(errors, axis=0), np.sqrt(np.diag(stated)), rtol=0.15)
 
 
-def test_the_navigator_adds_it_and_keeps_it_from_its_filter() -> None:
+def test_the_navigator_states_it_and_keeps_it_from_its_filter() -> None:
+    """What a calibration leaves open is the same in all frames, so that a filter that averages errors isn't told."""
     target = bracket_target()
     plain, rig = (attrs.evolve(wide_rig(), calibration_covariance=f * np.diag(SIGMA**2)) for f in (0.0, 1.0))
     frames = [draw_frame(plain, target, pose(0.6 - 0.005 * i), timestamp_ns=10**9 + i * 10**8) for i in range(3)]
@@ -122,14 +123,12 @@ def test_the_navigator_adds_it_and_keeps_it_from_its_filter() -> None:
         one, other = stated.process(frame), unstated.process(frame)
         assert one.covariance is not None
         assert other.covariance is not None
-        np.testing.assert_array_equal(one.T_world_target, other.T_world_target)
-        np.testing.assert_array_equal(one.smoothed_T_world_target, other.smoothed_T_world_target)
-        part = one.covariance - other.covariance
-        assert np.linalg.eigvalsh(part)[0] > -1e-13
+        error = difference(one.T_world_target, other.T_world_target)
+        assert float(error @ np.linalg.solve(one.covariance + other.covariance, error)) < 20.0
         # The baseline's 0.05 mm alone are worth this much of the range.
-        assert np.sqrt(part[0, 0]) > 0.6 * 5e-5 / plain.baseline
+        assert np.sqrt(one.covariance[0, 0]) > 0.5 * 5e-5 / plain.baseline
+    following = [np.trace(navigator.memory.filter_state.covariance[:3, :3]) for navigator in (stated, unstated)]
+    assert following[0] < 0.25 * np.trace(one.covariance[:3, :3])
     coasting = stated.process(attrs.evolve(frames[-1], timestamp_ns=10**9 + 3 * 10**8, left=None, right=None))
-    plain_coasting = unstated.process(attrs.evolve(frames[-1], timestamp_ns=10**9 + 3 * 10**8, left=None, right=None))
     assert coasting.covariance is not None
-    assert plain_coasting.covariance is not None
-    np.testing.assert_allclose(coasting.covariance - plain_coasting.covariance, part, atol=1e-12)
+    assert np.trace(coasting.covariance[:3, :3]) > np.trace(one.covariance[:3, :3])

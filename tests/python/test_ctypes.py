@@ -53,7 +53,7 @@ def library():
 
 
 def test_it_names_itself(library):
-    assert library.rvdnav_abi_version() == 2
+    assert library.rvdnav_abi_version() == 3
     assert library.rvdnav_status_text(0) == b"ok"
     assert b"null" in library.rvdnav_status_text(-1)
     assert library.rvdnav_struct_size(b"rvdnav_rig") == ctypes.sizeof(Rig)

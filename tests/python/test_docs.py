@@ -83,6 +83,16 @@ def test_every_fault_is_measured_in_the_table() -> None:
     assert rows == [(fault, sequence) for fault in measured for sequence in ("approach", "sunlit")]
 
 
+def test_the_envelope_is_measured_in_the_table() -> None:
+    page = (ROOT / "docs" / "envelope.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([a-z_]+)(?:=([-0-9.,]+))? \| (\w+) \| \d+ % of \d+ \|", page, re.MULTILINE)
+    sequences = [name for fault, _, name in rows if fault == "none"]
+    assert len(sequences) >= 2
+    assert [name for _, _, name in rows] == sequences * (len(rows) // len(sequences))
+    both_sides = {re.sub("_(left|right)$", "", name) for name in STRENGTHS}
+    assert {fault for fault, strength, _ in rows if strength} == both_sides
+
+
 def test_every_fault_with_a_strength_is_documented() -> None:
     page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
     cells = re.findall(r"^\| (`.*?`) \|", page, re.MULTILINE)

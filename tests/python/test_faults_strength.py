@@ -290,7 +290,7 @@ def test_every_strength_is_limited_and_every_fault_is_played(recorded: Sequence,
     for index, strength in enumerate(STRENGTHS[name]):
         for beyond in (strength.low - 1.0, strength.high + 1.0, float("nan")):
             numbers = [*middle[:index], beyond, *middle[index + 1 :]]
-            with pytest.raises(InputError, match=f"{strength.name} '.*' is no number of "):
+            with pytest.raises(InputError, match=f"{strength.name} '.*' is no number from "):
                 parse_fault(f"{name}={','.join(map(str, numbers))}:all")
 
 
@@ -298,7 +298,7 @@ def test_every_strength_is_limited_and_every_fault_is_played(recorded: Sequence,
     ("text", "words"),
     [
         ("blur:all", r"its strength is sigma \(px\)"),
-        ("blur=:all", "sigma '' is no number of px from 0.1 to 30"),
+        ("blur=:all", "sigma '' is no number from 0.1 to 30 px"),
         ("blur=1,2:all", r"its strength is sigma \(px\)"),
         ("blur=1_0:all", "sigma '1_0' is no number"),
         ("blur=٣:all", "is no number"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_scene import bracket_target, example_rig, pose
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.faces import face_widths, surroundings, with_slopes
+from rvdnav.navigator.faces import edge_blur, face_widths, with_slopes
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
 from rvdnav.navigator.sampling import SampledEdges
 
@@ -29,26 +29,31 @@ def test_a_face_lies_on_the_side_of_its_bar_and_is_as_wide(camera: int) -> None:
         assert abs(width) == pytest.approx(distances.min())
 
 
-def test_the_blur_of_a_view_is_its_agreeing_samples_median() -> None:
-    camera = np.array([0, 0, 0, 0, 1])
-    zeros = np.zeros(5)
+def test_blur_is_the_median_of_an_edge_or_of_its_view() -> None:
+    """An edge with many samples has its own, one with few that of its view, a view without any what was expected."""
+    many, few = 21, 3
+    camera = np.zeros(many + few + 1, np.int64)
+    edge = np.repeat([0, 1], [many, few + 1])
+    blur = np.concatenate([np.linspace(1.9, 2.1, many), [0.6, 0.7, 0.8, 50.0]])
+    zeros = np.zeros(len(camera))
     sampled = SampledEdges(
         camera=camera,
-        edge=np.zeros(5, np.int64),
-        q=np.zeros((5, 2)),
-        n=np.zeros((5, 2)),
+        edge=edge,
+        q=np.zeros((len(camera), 2)),
+        n=np.zeros((len(camera), 2)),
         sigma=zeros,
-        polarity=np.ones(5, np.int64),
-        blur=np.array([0.6, 0.7, 0.9, 5.0, 0.8]),
+        polarity=np.ones(len(camera), np.int64),
+        blur=blur,
         slope_shift=zeros,
         slope=zeros,
-        attempted=np.zeros((3, 8), np.int64),
-        spans=np.zeros((3, 8, 2, 3)),
+        attempted=np.zeros((2, 2), np.int64),
+        spans=np.zeros((2, 2, 2, 3)),
     )
-    agreeing = np.array([True, True, True, False, True])
-    known = surroundings(np.zeros((3, 8)), sampled, agreeing)
-    # 0 where nothing was sampled: the configured blur.
-    assert known.blur.tolist() == [0.7, 0.8, 0.0]
+    agreeing = blur < 10.0
+    found = edge_blur(sampled, agreeing, np.full((2, 2), 0.9))
+    assert found[0, 0] == pytest.approx(2.0)
+    assert found[0, 1] == pytest.approx(np.median(blur[agreeing]))
+    assert found[1].tolist() == [0.9, 0.9]
 
 
 def test_a_slope_counts_where_all_the_edge_shows_it() -> None:

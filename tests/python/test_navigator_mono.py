@@ -24,6 +24,7 @@ from rvdnav.core import Core
 from rvdnav.evaluation import pose_error
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import measure
 from rvdnav.navigator.two_fold import decide
 from rvdnav.pose import PredictedPose, inverse_T, make_T
@@ -124,7 +125,9 @@ def test_a_mirror_image_is_found_and_given_its_weight(tilt: float) -> None:
     cameras = rectified_cameras(rig)
     T = pose(1.4, 0.0, 0.05, 1.5, tilt, 0.0)
     left, _ = draw_images(rig, SMALL, T, look=Look(clutter=False, thick=False))
-    measurement = measure(Core(rig, SMALL), rig, model, (left, None), T, np.zeros((2, 8), np.int64))
+    knowledge = Knowledge(rig, model)
+    learned, unknown = Learned.nothing(knowledge.lasting), np.zeros((2, 8), np.int64)
+    measurement = measure(Core(rig, SMALL), rig, model, knowledge, learned, (left, None), T, unknown)
     undecided = decide(measurement, model, cameras, None, None)
     assert undecided.rival is not None
     assert undecided.rival_probability > 0.01

@@ -254,4 +254,8 @@ def test_what_the_navigator_cannot_work_with() -> None:
 
 
 def test_options_of_the_core_reach_it(seen: Images) -> None:
-    assert not Navigator(RIG, TARGET, range_min=1.0).process(frame_of(seen)).published
+    """At 0.8 m the target lies within the default range gate, and before one that begins at 1 m."""
+    assert Navigator(RIG, TARGET).process(frame_of(seen)).published
+    beyond = Navigator(RIG, TARGET, range_min=1.0).process(frame_of(seen))
+    assert (beyond.state, beyond.reasons) == (State.SEARCHING, {Reason.NO_TARGET})
+    assert beyond.T_world_target is None

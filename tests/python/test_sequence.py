@@ -303,3 +303,43 @@ def test_calibration_target_and_truth_meet_in_the_images(shared_data: Path, inde
         on = cv2.remap(steepness, u, v, cv2.INTER_LINEAR).mean()
         for du, dv in ((2, 0), (-2, 0), (0, 2), (0, -2)):
             assert on > 1.2 * cv2.remap(steepness, u + du, v + dv, cv2.INTER_LINEAR).mean()
+
+
+def restamped(folder: Path, stamps: list[str]) -> Path:
+    """The sequence with its images named so, in time order, and without data.csv."""
+    for camera in ("cam0", "cam1"):
+        (folder / camera / "data.csv").unlink()
+        for old, stamp in zip(sorted((folder / camera / "data").iterdir()), stamps, strict=True):
+            old.rename(old.with_name(f"{stamp}.png"))
+    return folder
+
+
+@pytest.mark.parametrize(("name", "ns"), [("microseconds", 10**3), ("milliseconds", 10**6), ("seconds", 10**9)])
+def test_unix_time_in_other_units_is_recognised_and_said(make_sequence: MakeSequence, name: str, ns: int) -> None:
+    step = max(1, 250_000_000 // ns)
+    first = START_NS // ns
+    sequence = open_sequence(restamped(make_sequence(3), [str(first + step * i) for i in range(3)]))
+    assert sequence.timestamps_ns == tuple(START_NS + step * ns * i for i in range(3))
+    assert [frame.left is None or frame.right is None for frame in sequence] == [False] * 3
+    assert sequence.notices == [f"cam{camera}: the timestamps are taken for {name} of Unix time" for camera in (0, 1)]
+
+
+@pytest.mark.parametrize("step", [10**7, 125 * 10**6])
+@pytest.mark.parametrize("first", [0, 10**12, 10**15])
+def test_nanoseconds_may_begin_anywhere(make_sequence: MakeSequence, first: int, step: int) -> None:
+    sequence = open_sequence(restamped(make_sequence(3), [str(first + step * i) for i in range(3)]))
+    assert sequence.timestamps_ns == (first, first + step, first + 2 * step)
+    assert sequence.notices == []
+
+
+@pytest.mark.parametrize(
+    ("stamps", "gap"), [(["000000", "000001", "000002"], "1 ns"), (["5000", "5250", "5500"], "250 ns")]
+)
+def test_stamps_that_count_are_refused(make_sequence: MakeSequence, stamps: list[str], gap: str) -> None:
+    folder = restamped(make_sequence(3), stamps)
+    assert fault_of(folder).startswith(f"{folder / 'cam0'}: by their stamps the images lie {gap} apart; ")
+
+
+def test_two_names_of_one_stamp_are_refused(make_sequence: MakeSequence) -> None:
+    folder = restamped(make_sequence(2), ["7", "007"])
+    assert "have the same timestamp" in fault_of(folder)

@@ -11,9 +11,11 @@ from rvdnav.pose.so3 import inverse_T
 from rvdnav.rig import Rig
 from rvdnav.simulation import Background, Course, Lights, Motion, Scenario, box_target, bracket_target, scene
 from rvdnav.simulation.lens import RayTable
-from rvdnav.simulation.mesh import Material, Part, polygon
+from rvdnav.simulation.mesh import Material, Part, frame, polygon
 from rvdnav.simulation.patterns import PixelPatterns
 from rvdnav.simulation.render import Renderer
+from rvdnav.simulation.rounding import rounded_frame
+from rvdnav.simulation.solids import solid
 from rvdnav.simulation.spacecraft import BRACKET_REFLECTANCE
 from rvdnav.simulation.variant import load_mitsuba, usable_variant
 
@@ -152,3 +154,121 @@ def test_the_fast_variant_gives_the_same_picture_and_the_same_bits_again():
     assert np.abs(fast.sky - slow.sky).max() < 0.03  # a ray that grazes the edge may fall to either side of it
     assert fast.signal.mean() == pytest.approx(slow.signal.mean(), rel=0.01)
     assert np.abs(fast.signal - slow.signal).mean() < 0.02
+
+
+MOVING = Motion(x=Course(0.6, 0.6), z=Course(-0.12, -0.02), y=Course(0.0, 0.05), theta=Course(0.1, 0.1))
+"""0.1 m and 0.05 m in the second between two frames at 1 Hz: some 67 rows and columns."""
+
+
+@pytest.mark.parametrize(
+    "timing",
+    [
+        {"line_delay_ns": 2_000_000},
+        {"scan": "top_field_first", "field_delay_ns": 20_000_000},
+        {"scan": "bottom_field_first", "field_delay_ns": 30_000_000, "line_delay_ns": 1_000_000},
+        {"exposure_ns": 40_000_000},
+    ],
+    ids=["rolling", "top", "bottom", "exposure"],
+)
+def test_every_row_shows_its_own_moment(timing):
+    """The edge in each row is where the camera projects it at that row's time, and blurred by the motion about it."""
+    made = scenario(motion=MOVING, rate=1.0, frames=2, rig=attrs.evolve(RIG, **timing), samples=64)
+    ends, half = ("P1", "P2"), (12, 9)
+    along = np.linspace(0.0, 1.0, 400)[:, None]
+
+    def crossing(row: int, delay: float) -> float:
+        T = inverse_T(made.rig.T_world_cam[0]) @ made.T_world_target(0, delay)
+        a, b = (T[:3, :3] @ made.target.points[name] + T[:3, 3] for name in ends)
+        line = made.rig.cameras[0].project(a + along * (b - a))
+        order = np.argsort(line[:, 1])
+        return float(np.interp(row, line[order, 1], line[order, 0]))
+
+    delays, exposure = 1e-9 * made.rig.row_delays_ns, 1e-9 * made.rig.exposure_ns
+    v = round(edge_pixels(0, ends, made)[100, 1])
+    u = round(crossing(v, delays[v]))
+    columns, rows = slice(u - half[0], u + half[0] + 1), slice(v - half[1], v + half[1] + 1)
+    light = Renderer(load_mitsuba("scalar_rgb"), made, columns=columns, rows=rows).render(0, 0)
+    solid = 1.0 - light.sky
+    covered_first = solid[:, 0].mean() > 0.5
+    found = columns.start - 0.5 + (solid if covered_first else light.sky).sum(axis=1)
+    lines = range(rows.start, rows.stop)
+    expected = np.array([crossing(row, delays[row]) for row in lines])
+    at_rest = np.array([crossing(row, 0.0) for row in lines])
+    spread = [
+        abs(crossing(row, delays[row] + exposure / 2) - crossing(row, delays[row] - exposure / 2)) for row in lines
+    ]
+    assert np.abs(found - expected).max() < 0.15
+    assert abs((found - expected).mean()) < 0.03
+    assert np.ptp(expected - at_rest) > 1.0 or min(spread) > 2.0
+    partly = ((solid > 0.02) & (solid < 0.98)).sum(axis=1)
+    assert np.abs(partly - np.array(spread)).max() < 2.5
+
+
+def test_the_scalar_variant_moves_as_the_fast_one_does():
+    if usable_variant().startswith("scalar"):
+        pytest.skip("there is no LLVM library of version 19 or later")
+    made = scenario(motion=MOVING, rate=1.0, frames=2, rig=attrs.evolve(RIG, exposure_ns=40_000_000), samples=16)
+    u, v = edge_pixels(0, ("P1", "P2"), made)[100].round().astype(int)
+    window = {"columns": slice(u - 12, u + 4), "rows": slice(v - 4, v + 4)}
+    slow, fast = (
+        Renderer(load_mitsuba(name), made, **window).render(0, 0) for name in ("scalar_rgb", usable_variant())
+    )
+    assert np.abs(fast.sky - slow.sky).max() < 0.07
+
+
+def closed(mesh) -> float:
+    """Volume, m³, by the divergence theorem, of a mesh that looks outwards."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def test_a_frame_with_rounded_edges_has_the_volume_of_one():
+    bracket = scenario().target.bracket
+    radius = 0.002
+    sharp = closed(frame(bracket.outer, bracket.inner, bracket.thickness))
+    rounded = rounded_frame(bracket.outer, bracket.inner, bracket.thickness, radius)
+    # What is cut off an edge has the area r² (1 - pi/4) about its centroid, which lies 0.2234 r inside both faces; the
+    # eight steps of the quarter circle cut off a little more.
+    area = radius**2 * (1.0 - np.pi / 4.0) + 0.5 * radius**2 * (np.pi / 2.0 - 8.0 * np.sin(np.pi / 16.0))
+    length = 0.0
+    for loop, sign in ((bracket.outer, -1.0), (bracket.inner, 1.0)):
+        sides = np.roll(loop, -1, axis=0) - loop
+        lengths = np.linalg.norm(sides, axis=1)
+        directions = sides / lengths[:, None]
+        turns = np.arccos(np.einsum("ij,ij->i", np.roll(directions, 1, axis=0), directions))
+        length += lengths.sum() + sign * 2.0 * (0.2234 * radius) * np.tan(turns / 2.0).sum()
+    assert sharp - closed(rounded) == pytest.approx(2.0 * area * length, rel=0.01)
+    # Seen along x the outline is the sharp one's, and no point is outside it.
+    np.testing.assert_allclose(
+        np.ptp(rounded.vertices, axis=0), [bracket.thickness, *np.ptp(bracket.outer, axis=0)[1:]]
+    )
+
+
+def test_a_rounded_box_has_its_volume_and_its_extent():
+    size, radius = np.array([0.1, 0.15, 0.2]), 0.01
+    made = attrs.evolve(box_target("box", size), edge_radius=radius)
+    faces, between = solid(made)
+    inside = size - 2.0 * radius
+    area = 2.0 * (inside[0] * inside[1] + inside[1] * inside[2] + inside[2] * inside[0])
+    exact = np.prod(inside) + area * radius + np.pi * radius**2 * inside.sum() + 4.0 / 3.0 * np.pi * radius**3
+    volume = sum(closed(face) for face in faces) + closed(between)
+    assert volume == pytest.approx(exact, rel=1e-3)
+    np.testing.assert_allclose(np.abs(between.vertices).max(axis=0), 0.5 * size, atol=1e-12)
+    centers = np.clip(between.vertices, -0.5 * inside, 0.5 * inside)
+    np.testing.assert_allclose(np.linalg.norm(between.vertices - centers, axis=1), radius, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("target", "fault"),
+    [
+        (attrs.evolve(box_target("box", np.array([0.1, 0.1, 0.1])), edge_radius=0.05), "leaves nothing of a face"),
+        (attrs.evolve(bracket_target("b", 0.18, 0.09, 0.14, 0.014, 0.006), edge_radius=0.003), "is half of a bar's"),
+        (
+            attrs.evolve(box_target("box", np.full(3, 0.1)), edge_radius=0.01, faces=[("B0", "B1", "B3", "B2")]),
+            "three faces",
+        ),
+    ],
+)
+def test_edges_that_cannot_be_rounded(target, fault):
+    with pytest.raises(ValueError, match=fault):
+        scenario(target=target)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
 from conftest import CAMCHAIN, TARGET
@@ -115,6 +116,17 @@ def test_speed_varies_as_much_as_ease_says():
         ("read_noise_dn", "read_noise", "sensor.read_noise is not known"),
         ("{read_noise_dn: 2.0}", "{level_dn: 0.5}", "sensor.level_dn is less than 1"),
         ("{read_noise_dn: 2.0}", "{prnu: -1}", "sensor.prnu is negative"),
+        ("{read_noise_dn: 2.0}", "{gamma: 0}", "sensor.gamma is less than 0.05"),
+        ("bar_thickness_mm: 6", "bar_thickness_mm: 6, edge_radius_mm: 3", "edge_radius is half of a bar's width or"),
+        (
+            "bar_thickness_mm: 6",
+            "bar_thickness_mm: 6, edge_radius_mm: -3",
+            "bracket is impossible: edge_radius is not a length",
+        ),
+        ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2]}", "files.calibration is not a list of 3 numbers"),
+        ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2, -1]}", "files.calibration is negative"),
+        ("seed: 3", "seed: 3\nfiles: {omit: [seed]}", "files.omit 'seed' is none of timing, edge_radius"),
+        ("seed: 3", "seed: 3\nfiles: {target_points_mm: 500}", "the bracket's points"),
         ("samples_per_pixel: 4", "samples_per_pixel: none", "samples_per_pixel is not a number"),
     ],
 )
@@ -154,15 +166,16 @@ def test_the_bracket_of_given_sizes_is_the_papers(folder):
     [
         bracket_target("yes", 0.24, 0.15, 0.12, 0.02, 0.008),
         box_target("a box: of 3 sizes", np.array([0.2, 0.3, 0.25])),
+        attrs.evolve(box_target("soap", np.array([0.2, 0.3, 0.25])), edge_radius=0.0125),
     ],
-    ids=["bracket", "box"],
+    ids=["bracket", "box", "rounded"],
 )
 def test_a_target_is_written_as_it_is_read(tmp_path, target):
     save_target(target, tmp_path / "target.yaml")
     read = load_target(tmp_path / "target.yaml")
     for name, point in target.points.items():
         np.testing.assert_allclose(read.points[name], point, atol=1e-12)
-    for part in ("name", "lines", "bars", "bar_thickness", "edges", "faces", "dimensions_known"):
+    for part in ("name", "lines", "bars", "bar_thickness", "edge_radius", "edges", "faces", "dimensions_known"):
         assert getattr(read, part) == getattr(target, part)
 
 

@@ -80,3 +80,13 @@ def test_what_is_covered_hides_the_stars_and_the_brightest_is_white():
     assert covered.max() < 15
     assert open_sky.mean() == pytest.approx(96.0, abs=0.5)
     assert expose(sensor, flat(5.0), stars, np.ones((48, 64)), np.random.default_rng(1)).min() == 255
+
+
+def test_response_and_sharpening_come_after_the_noise():
+    step = LightImage(np.repeat((np.arange(64) > 31)[None, :], 48, axis=0).astype(float), np.zeros((48, 64)))
+    plain = {"psf_sigma": 0.0, "vignetting": 0.0, "prnu": 0.0, "read_noise": 0.0, "shot_noise": 0.0, "level": 100.0}
+    image = expose(Sensor(**plain, gamma=0.45), step, DARK, np.ones((48, 64)), np.random.default_rng(0))
+    np.testing.assert_array_equal(np.unique(image), np.rint(255.0 * (np.array([6.0, 106.0]) / 255.0) ** 0.45))
+    image = expose(Sensor(**plain, sharpening=1.0), step, DARK, np.ones((48, 64)), np.random.default_rng(0))
+    exact = 2.0 * (6.0 + 100.0 * step.signal) - gaussian_filter1d(6.0 + 100.0 * step.signal, 1.5, axis=1)
+    np.testing.assert_allclose(image, np.clip(exact, 0.0, 255.0), atol=0.6)

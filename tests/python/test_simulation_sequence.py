@@ -7,12 +7,13 @@ import sys
 import attrs
 import numpy as np
 import pytest
+import yaml
 from conftest import CAMCHAIN
 from rvdnav.cli.app import execute
 from rvdnav.errors import InputError
 from rvdnav.rig import load_rig
 from rvdnav.sequence import open_sequence
-from rvdnav.simulation import Course, Motion, Scenario, box_target, simulate
+from rvdnav.simulation import Course, Files, Motion, Scenario, box_target, simulate
 from rvdnav.simulation.variant import load_mitsuba
 
 
@@ -54,6 +55,31 @@ def test_a_sequence_is_whole_and_true(scenario, tmp_path):
 
 def frame_middle(sequence, frame):
     return sequence.truth.at(frame.timestamp_ns)[:3, 3]
+
+
+def test_files_may_say_otherwise(scenario, tmp_path):
+    target = attrs.evolve(scenario.target, edge_radius=0.004)
+    rig = attrs.evolve(scenario.rig, exposure_ns=1_000_000, line_delay_ns=50_000)
+    files = Files(calibration=(0.5, 3.0, 0.1), target_sizes_mm=1.0)
+    told, silent = (
+        attrs.evolve(scenario, target=target, rig=rig, frames=1, files=attrs.evolve(files, omit=omit))
+        for omit in ((), ("timing", "edge_radius"))
+    )
+    for made, name in ((told, "told"), (silent, "silent")):
+        render(made, tmp_path / name)
+    told_files, silent_files = (open_sequence(tmp_path / name) for name in ("told", "silent"))
+    assert (told_files.target.edge_radius, silent_files.target.edge_radius) == (0.004, 0.0)
+    assert (told_files.rig.line_delay_ns, told_files.rig.exposure_ns) == (50_000, 1_000_000)
+    assert (silent_files.rig.line_delay_ns, silent_files.rig.exposure_ns) == (0, 0)
+    for sequence in (told_files, silent_files):
+        errors = [abs(sequence.target.points[name] - point).max() for name, point in target.points.items()]
+        assert 1e-4 < max(errors) < 4e-3
+        assert 0.1 < abs(sequence.rig.cameras[0].cx - rig.cameras[0].cx) < 12.0
+    images = [path.read_bytes() for path in sorted((tmp_path / "told").rglob("*.png"))]
+    assert images == [path.read_bytes() for path in sorted((tmp_path / "silent").rglob("*.png"))]
+    meta = yaml.safe_load((tmp_path / "silent" / "meta.yaml").read_text())
+    assert meta["timing"]["line_delay_ns"] == 50_000
+    np.testing.assert_allclose(meta["true_points_mm"]["B0"], 1e3 * target.points["B0"])
 
 
 def test_an_interrupted_run_goes_on_to_the_same_bytes(scenario, tmp_path):

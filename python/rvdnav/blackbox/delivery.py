@@ -13,7 +13,7 @@ import attrs
 from rvdnav.conventions import parse_timestamp_ns
 from rvdnav.errors import InputError
 from rvdnav.files import plain_name, read_rows
-from rvdnav.images import Image, ImageError, read_png
+from rvdnav.images import Image, ImageError, read_image
 from rvdnav.sequence import CAMERAS, Frame
 
 FRAMES = "frames.csv"
@@ -30,7 +30,7 @@ class ImageRow:
     def read(self) -> Image:
         """Raises InputError naming the file when it holds no image."""
         try:
-            pixels, _ = read_png(self.path)
+            pixels = read_image(self.path).grey8
         except ImageError as error:
             raise InputError(f"{self.path}: {error}") from error
         return Image(pixels, self.timestamp_ns)

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from rvdnav.errors import InputError
-from rvdnav.files import open_plain, plain_name, read_lines
+from rvdnav.files import plain_name, read_lines, reading
 
 DIGESTS = "SHA256SUMS"
 
@@ -34,7 +34,7 @@ def check_digests(folder: Path) -> None:
 
 def _digest(path: Path) -> str:
     digest = hashlib.sha256()
-    with open_plain(path) as file:
+    with reading(path) as file:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()

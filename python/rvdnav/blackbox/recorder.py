@@ -57,16 +57,12 @@ class Recorder:
     def process(self, frame: Frame) -> Solution:
         """The navigator's solution of the next frame.
 
-        Raises what the navigator raises, and forgets what it held, since the next frame doesn't follow from it; raises
-        InputError when the target is lost and the folder cannot be written.
+        Raises what the navigator raises; like the navigator it then is as if the frame had not been.  Raises InputError
+        when the target is lost and the folder cannot be written.
         """
         memory = self._navigator.memory
         kept = attrs.evolve(frame, left=_copied(frame.left), right=_copied(frame.right))
-        try:
-            solution = self._navigator.process(frame)
-        except BaseException:
-            self._moments.clear()
-            raise
+        solution = self._navigator.process(frame)
         self._moments.append(Moment(memory, kept, solution))
         if solution.state is State.LOST and self._directory is not None:
             self.write(self._directory / str(solution.timestamp_ns))

@@ -7,19 +7,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 
+from rvdnav.calibration.storage import read_storage
 from rvdnav.camera import CameraModel
 from rvdnav.conventions import rigid_transform
 from rvdnav.errors import InputError
-from rvdnav.files import read_text, write_text_atomically
+from rvdnav.files import write_text_atomically
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.so3 import inverse_T, make_T
 from rvdnav.rig import Rig, world_from_camchain
+from rvdnav.yamlio import Section
 
 OPENCV_FILE = "stereo_opencv.yaml"
-_TERMS = 4  # of the distortion: k1, k2, p1, p2
+_TERMS, _MOST_TERMS = 4, 14
+"""Of the distortion: k1, k2, p1, p2, and all that OpenCV knows."""
+_LARGEST_SIDE = 1 << 20
 
 
 def save_opencv(rig: Rig, path: Path) -> None:
@@ -41,21 +44,15 @@ def load_opencv(path: Path) -> Rig:
     Raises InputError naming the file when something is missing, or when a distortion has terms beyond k1, k2, p1, p2
     that are not zero: such a model is another one and is not cut short.
     """
-    read_text(path)  # for the plain faults, in plain words
+    storage = read_storage(path)
     try:
-        storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-    except (cv2.error, SystemError) as error:
-        raise InputError(f"{path}: is not an OpenCV FileStorage") from error
-    try:
-        size = [_number(path, storage, key) for key in ("image_width", "image_height")]
-        cameras = [_camera(path, storage, size, index) for index in (1, 2)]
-        R, t = _read(path, storage, "R", 9).reshape(3, 3), _read(path, storage, "T", 3)
+        size = [storage.whole(key, 1, _LARGEST_SIDE) for key in ("image_width", "image_height")]
+        cameras = [_camera(storage, size, index) for index in (1, 2)]
+        R, t = _numbers(storage, "R", 9).reshape(3, 3), _numbers(storage, "T", 3)
         T_cam1_cam0 = rigid_transform(make_T(R, t))
         return Rig(tuple(cameras), world_from_camchain(T_cam1_cam0))
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
-    finally:
-        storage.release()
 
 
 def _matrix(name: str, values: FloatArray) -> list[str]:
@@ -70,31 +67,26 @@ def _matrix(name: str, values: FloatArray) -> list[str]:
     ]
 
 
-def _number(path: Path, storage: cv2.FileStorage, key: str) -> int:
-    node = storage.getNode(key)
-    if not node.isInt():
-        raise InputError(f"{path}: {key} is missing or not a whole number")
-    return int(node.real())
+def _numbers(storage: Section, key: str, least: int, most: int | None = None) -> FloatArray:
+    """The numbers of a matrix, row by row; as many as `least` where no `most` is given."""
+    if key not in storage:
+        raise storage.fault(key, "is missing")
+    try:
+        values = np.array(storage.values[key]).ravel()
+    except ValueError:  # rows of different lengths
+        values = np.array([None])
+    if values.dtype.kind not in "if" or not least <= len(values) <= (most or least) or not np.isfinite(values).all():
+        raise storage.fault(key, f"is not a matrix of {least} numbers")
+    return values.astype(np.float64)
 
 
-def _read(path: Path, storage: cv2.FileStorage, key: str, least: int) -> FloatArray:
-    node = storage.getNode(key)
-    matrix = None if node.empty() or not node.isMap() else node.mat()
-    if matrix is None:
-        raise InputError(f"{path}: {key} is missing or not a matrix")
-    values = np.asarray(matrix, dtype=np.float64).ravel()
-    if len(values) < least or not np.isfinite(values).all():
-        raise InputError(f"{path}: {key} is not a matrix of {least} numbers")
-    return values
-
-
-def _camera(path: Path, storage: cv2.FileStorage, size: list[int], index: int) -> CameraModel:
-    K = _read(path, storage, f"M{index}", 9)
-    distortion = _read(path, storage, f"D{index}", _TERMS)
+def _camera(storage: Section, size: list[int], index: int) -> CameraModel:
+    K = _numbers(storage, f"M{index}", 9)
+    distortion = _numbers(storage, f"D{index}", _TERMS, _MOST_TERMS)
     if np.any(distortion[_TERMS:] != 0.0):
         terms = int(np.flatnonzero(distortion)[-1]) + 1
-        raise InputError(f"{path}: D{index} has {terms} terms; only k1, k2, p1, p2 are supported")
+        raise storage.fault(f"D{index}", f"has {terms} terms; only k1, k2, p1, p2 are supported")
     if np.any(K.reshape(3, 3)[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]] != (0.0, 0.0, 0.0, 0.0, 1.0)):
-        raise InputError(f"{path}: M{index} is not an intrinsic matrix without skew")
+        raise storage.fault(f"M{index}", "is not an intrinsic matrix without skew")
     width, height = size
     return CameraModel(width, height, K[0], K[4], K[2], K[5], distortion[:_TERMS])

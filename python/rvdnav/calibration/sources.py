@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rvdnav.calibration.storage import read_storage
 from rvdnav.errors import InputError
-from rvdnav.images import ImageError, PixelArray, read_png
+from rvdnav.images import ImageError, PixelArray, read_image
 
 _PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"}
 _FILMS = {".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v"}
@@ -30,21 +31,23 @@ class ImagePair:
     images: tuple[PixelArray | str, PixelArray | str]
 
 
-def read_pairs(path: Path) -> Iterator[ImagePair]:
+def read_pairs(path: Path, notices: list[str] | None = None) -> Iterator[ImagePair]:
     """The pairs of a folder or an OpenCV image list, each read when its turn comes.
 
     A folder holds `cam0` and `cam1` (or left and right) with images of equal names, in them or in their `data`; or
     images called left* and right* (cam0*, cam1*); or a film of each camera, called so, of which two frames a second are
-    taken.  A list names the left and the right image of each pair in turn.
+    taken.  A list names the left and the right image of each pair in turn.  What a user should know of the images is
+    added to `notices`, each thing once, as they are read.
     Raises InputError naming the file when there is none of these.
     """
+    notices = [] if notices is None else notices
     if path.is_file() and path.suffix.lower() in _LISTS:
-        return _pictures(_listed(path))
+        return _pictures(_listed(path), notices)
     if not path.is_dir():
         raise InputError(f"{path}: {'not a folder nor an image list' if path.exists() else 'no such folder'}")
     folders = [_subfolder(path, names) for names in _SIDES]
     if folders[0] is not None and folders[1] is not None:
-        return _pictures(_paired(path, [_named(folder, "") for folder in folders if folder is not None]))
+        return _pictures(_paired(path, [_named(folder, "") for folder in folders if folder is not None]), notices)
     if folders[0] is not None or folders[1] is not None:
         missing = " or ".join(_SIDES[0 if folders[0] is None else 1])
         raise InputError(f"{path}: has a folder of one camera alone, but none called {missing}")
@@ -54,7 +57,7 @@ def read_pairs(path: Path) -> Iterator[ImagePair]:
     sides = [_merged(path, [_named(path, name) for name in names]) for names in _SIDES]
     if not any(sides):
         raise InputError(f"{path}: holds neither cam0 and cam1, nor images or films called left* and right*")
-    return _pictures(_paired(path, sides))
+    return _pictures(_paired(path, sides), notices)
 
 
 def _subfolder(path: Path, names: tuple[str, ...]) -> Path | None:
@@ -90,34 +93,35 @@ def _paired(path: Path, sides: list[dict[str, Path]]) -> list[tuple[str, Path | 
 
 
 def _listed(path: Path) -> list[tuple[str, Path | None, Path | None]]:
-    try:
-        storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-        node = storage.getFirstTopLevelNode()
-        names = [node.at(i).string() for i in range(node.size())] if node.isSeq() else []
-    except (cv2.error, SystemError) as error:
-        raise InputError(f"{path}: is not an OpenCV image list") from error
-    if not names or len(names) % 2 or not all(names):
+    storage = read_storage(path)
+    names = next(iter(storage.values.values()), None)
+    if (
+        not isinstance(names, list)
+        or not names
+        or len(names) % 2
+        or not all(isinstance(name, str) and name for name in names)
+    ):
         raise InputError(f"{path}: does not list images in pairs of left and right")
     files = [path.parent / name for name in names]
     return [(left.stem, left, right) for left, right in zip(files[::2], files[1::2], strict=True)]
 
 
-def _pictures(files: list[tuple[str, Path | None, Path | None]]) -> Iterator[ImagePair]:
+def _pictures(files: list[tuple[str, Path | None, Path | None]], notices: list[str]) -> Iterator[ImagePair]:
     for name, left, right in files:
-        yield ImagePair(name, (_read(left, "left"), _read(right, "right")))
+        yield ImagePair(name, (_read(left, "left", notices), _read(right, "right", notices)))
 
 
-def _read(path: Path | None, side: str) -> PixelArray | str:
+def _read(path: Path | None, side: str, notices: list[str]) -> PixelArray | str:
     if path is None:
         return f"there is no image of the {side} camera"
     try:
-        if path.suffix.lower() == ".png":
-            return read_png(path)[0]
-        pixels = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE)
-    except (ImageError, OSError, cv2.error) as error:
-        why = str(error) if isinstance(error, ImageError) else getattr(error, "strerror", None) or "cannot be decoded"
-        return f"{path.name} {why}" if isinstance(error, ImageError) else f"{path.name} cannot be read ({why})"
-    return f"{path.name} cannot be decoded" if pixels is None else np.ascontiguousarray(pixels, dtype=np.uint8)
+        raster = read_image(path)
+    except ImageError as error:
+        return f"{path.name} {error}"
+    told = raster.ignored_orientation
+    if told is not None and not any(notice.startswith(told) for notice in notices):
+        notices.append(f"{told}, {path.name} the first of them")
+    return raster.grey8
 
 
 def _film(path: Path, names: tuple[str, ...]) -> Path | None:
@@ -131,6 +135,7 @@ def _frames(left: Path, right: Path) -> Iterator[ImagePair]:
     captures = [cv2.VideoCapture(str(file)) for file in (left, right)]
     try:
         for file, capture in zip((left, right), captures, strict=True):
+            capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # the pixels as the sensor gave them
             if not capture.isOpened():
                 raise InputError(f"{file}: cannot be read as a film")
         fps = captures[0].get(cv2.CAP_PROP_FPS)

@@ -42,7 +42,8 @@ def calibrate_folder(
     """
     board = _board(corners, square, marker, dictionary)
     expected = None if baseline is None else parse_length("--baseline", baseline)
-    pairs = read_pairs(path)
+    notices: list[str] = []
+    pairs = read_pairs(path, notices)
     try:
         with _progress() as progress:
             calibration = calibrate(pairs, board, progress)
@@ -52,7 +53,7 @@ def calibrate_folder(
     _tell_dropped(calibration.dropped)
     if expected is not None:
         _check_baseline(path, calibration, expected)
-    for notice in _notices(calibration):
+    for notice in notices + _notices(calibration):
         print_note(notice)
     with staged_directory(out) as staging:
         save_rig(calibration.rig, staging)

@@ -17,6 +17,7 @@ from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.navigator import parse_pose
+from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.output import SMOOTHED, staged_directory, write_smoothed, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Sequence
@@ -74,6 +75,9 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
     told: set[str] = set()
+    rate = NavigatorSettings().rate_notice(sequence.timestamps_ns)
+    if rate is not None:
+        print_note(rate)
     with progress_bars() as tell:
         for frame in sequence:
             solutions.append(recorder.process(frame))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from typing import Any
 
 from rvdnav.core.library import constants, ffi, lib
@@ -15,7 +17,7 @@ def make_config(**overrides: Any) -> Any:
     """An rvdnav_config with the host's clock and, unless overridden, the host's choice of instruction set.
 
     ``isa`` may be a name ("auto", "scalar", "avx2", "neon"); the other names are the fields of the C structure.
-    Raises TypeError for a setting that doesn't exist.
+    Raises TypeError for a setting that doesn't exist, ValueError with its name and range for a value outside of it.
     """
     config = ffi.new("rvdnav_config *")
     config.struct_size = ffi.sizeof("rvdnav_config")
@@ -28,8 +30,26 @@ def make_config(**overrides: Any) -> Any:
     for name, value in overrides.items():
         if name not in known:
             raise TypeError(f"the core has no setting {name!r}; it has {', '.join(sorted(known))}")
-        setattr(config, name, _isa_code(value) if name == "isa" else value)
+        setattr(config, name, _isa_code(value) if name == "isa" else _in_range(name, value))
+    if not config.range_max > config.range_min:
+        raise ValueError(f"range_max = {config.range_max:g} is not above range_min = {config.range_min:g}")
     return config
+
+
+def _in_range(name: str, value: Any) -> float | int:
+    """The value as what the field holds.  Raises ValueError outside the core's range for it."""
+    low, high = ffi.new("double *"), ffi.new("double *")
+    check(lib.rvdnav_config_range(name.encode(), low, high))
+    whole = dict(ffi.typeof("rvdnav_config").fields)[name].type.cname == "int32_t"
+    try:
+        number = operator.index(value) if whole else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not low[0] <= number <= high[0]:
+        kind = "a whole number" if whole else "a number"
+        ends = (int(low[0]), int(high[0])) if whole else (low[0], high[0])
+        raise ValueError(f"{name} = {value!r} is not {kind} from {ends[0]} to {ends[1]}")
+    return number
 
 
 def isa_name(code: int) -> str:

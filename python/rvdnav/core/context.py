@@ -12,7 +12,6 @@ from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
 
 if TYPE_CHECKING:  # the binding is below these and imports none of them
-    from rvdnav.bracket import Bracket
     from rvdnav.rig import Rig
     from rvdnav.target import Target
 
@@ -20,8 +19,9 @@ if TYPE_CHECKING:  # the binding is below these and imports none of them
 class Context:
     """An rvdnav_context in memory of its own.
 
-    ``target`` is needed for acquisition alone, and used if it is a four-bar bracket.  Raises CoreError when the core
-    refuses the rig, target or settings.
+    ``target`` is needed for acquisition alone, and used if it is a four-bar bracket.  ``config``: the settings in use,
+    with numbers where the core derives them from the rig.  Raises CoreError when the core refuses the rig or target,
+    ValueError with the name and range of a setting out of its range.
     """
 
     def __init__(self, rig: Rig, target: Target | None = None, **config: Any) -> None:
@@ -29,13 +29,17 @@ class Context:
         self.width = rig.width
         self.height = rig.height
         c_rig = _c_rig(rig)
-        c_target = ffi.NULL if target is None or target.bracket is None else _c_target(target.bracket)
         size = ffi.new("size_t *")
         check(lib.rvdnav_context_size(self.config, c_rig, size))
         block, self._memory = aligned_block(size[0])
         handle = ffi.new("rvdnav_context **")
-        check(lib.rvdnav_context_init(block, size[0], self.config, c_rig, c_target, handle))
+        check(lib.rvdnav_context_init(block, size[0], self.config, c_rig, _c_target(target), handle))
         self.handle = handle[0]
+        check(lib.rvdnav_context_config(self.handle, self.config))
+
+    def set_target(self, target: Target | None) -> None:
+        """Another target in place of the present one.  Raises CoreError when the core refuses it."""
+        check(lib.rvdnav_context_set_target(self.handle, _c_target(target)))
 
 
 def _c_rig(rig: Rig) -> Any:
@@ -54,7 +58,10 @@ def _c_rig(rig: Rig) -> Any:
     return c_rig
 
 
-def _c_target(bracket: Bracket) -> Any:
+def _c_target(target: Target | None) -> Any:
+    bracket = None if target is None else target.bracket
+    if bracket is None:
+        return ffi.NULL
     c_target = ffi.new("rvdnav_target *")
     c_target.struct_size = ffi.sizeof("rvdnav_target")
     c_target.outer = bracket.outer.tolist()

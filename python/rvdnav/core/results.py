@@ -34,7 +34,7 @@ class ViewResult:
     saturated: float
     """Fraction of saturated pixels."""
     limits: frozenset[str]
-    """Work limits that were hit: "edgels", "peaks", "segments", "bars", "hypotheses"."""
+    """Work limits that were hit: "edgels", "peaks", "segments", "bars", "hypotheses", "rho"."""
     stage_ns: dict[str, int]
     """Time of each stage."""
 

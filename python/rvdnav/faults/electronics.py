@@ -12,6 +12,7 @@ from rvdnav.faults.optics import gaussian
 from rvdnav.faults.pixels import grey
 from rvdnav.faults.view import View
 from rvdnav.images import PixelArray
+from rvdnav.pose.arrays import FloatArray
 
 _MASK_RADIUS_PX = 1.5
 
@@ -23,8 +24,12 @@ def gamma(pixels: PixelArray, view: View, rng: np.random.Generator, exponent: fl
 
 def sharpened(pixels: PixelArray, view: View, rng: np.random.Generator, strength: float) -> PixelArray:
     """An unsharp mask: the difference from the image under a Gaussian of 1.5 px is added `strength` times."""
-    exact = pixels.astype(np.float64)
-    return grey(exact + strength * (exact - gaussian(exact, _MASK_RADIUS_PX)))
+    return grey(unsharp_masked(pixels.astype(np.float64), strength))
+
+
+def unsharp_masked(values: FloatArray, strength: float) -> FloatArray:
+    """Values (h, w) with `strength` times their difference from the same under a Gaussian of 1.5 px."""
+    return values + strength * (values - gaussian(values, _MASK_RADIUS_PX))
 
 
 def jpeg(pixels: PixelArray, view: View, rng: np.random.Generator, quality: float) -> PixelArray:

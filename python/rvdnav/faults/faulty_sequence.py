@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class FaultySequence(Sequence):
 
     def __init__(self, recorded: Sequence, faults: Iterable[Fault], seed: int = 0) -> None:
         self._recorded = recorded
+        # Each is asked for once a camera and, where a field of it is shown, with the frame before.
+        self._frame = lru_cache(maxsize=2)(recorded.__getitem__)
         self._faults = tuple(faults)
         self._seed = seed
         rig, target, deliveries = recorded.rig, recorded.target, as_recorded(len(recorded))
@@ -94,7 +96,7 @@ class FaultySequence(Sequence):
     def __getitem__(self, index: int) -> Frame:
         """The frame at a position in the order of arrival.  Raises IndexError beyond the end."""
         delivery = self._deliveries[index]
-        stamped = self._recorded[delivery.index]
+        stamped = self._frame(delivery.index)
         left, right = (
             self._image(stamped, delivery.index, camera, source)
             for camera, source in ((LEFT, delivery.left), (RIGHT, delivery.right))
@@ -111,7 +113,7 @@ class FaultySequence(Sequence):
 
     def _pixels(self, index: int, camera: int, source: Source, faults: tuple[Fault, ...]) -> PixelArray | None:
         """Those of a source, with the faults that strike the frame of that number."""
-        shown = self._recorded[source.frame]
+        shown = self._frame(source.frame)
         image = shown.right if source.camera == RIGHT else shown.left
         if image is None:
             return None

@@ -11,7 +11,7 @@ from rvdnav.errors import InputError
 
 @attrs.frozen
 class Strength:
-    """One number of a fault's strength: what it is, its unit, and the limits that it lies within."""
+    """One number of a fault's strength: what it is, its unit or "", and the limits that it lies within."""
 
     name: str
     unit: str
@@ -28,14 +28,16 @@ def parse_strengths(given: str | None, wanted: tuple[Strength, ...]) -> tuple[fl
     texts = [] if given is None else given.split(",")
     required = sum(not strength.optional for strength in wanted)
     if not required <= len(texts) <= len(wanted):
-        listed = ", ".join(f"{s.name} ({s.unit})" + (" if wanted" if s.optional else "") for s in wanted)
+        listed = ", ".join(
+            s.name + (f" ({s.unit})" if s.unit else "") + (" if wanted" if s.optional else "") for s in wanted
+        )
         raise InputError(f"its strength is {listed}" if wanted else "it has no strength")
     values = []
     for text, strength in zip(texts, wanted, strict=False):
         value = _number(text)
         if value is None or not strength.low <= value <= strength.high:
-            limits = f"from {strength.low:g} to {strength.high:g}"
-            raise InputError(f"{strength.name} {text!r} is no number of {strength.unit} {limits}")
+            limits = f"from {strength.low:g} to {strength.high:g} {strength.unit}".rstrip()
+            raise InputError(f"{strength.name} {text!r} is no number {limits}")
         values.append(value)
     return tuple(values)
 

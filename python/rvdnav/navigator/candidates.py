@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rvdnav.core import WINDOW, Core
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import line_of, project_edges
+from rvdnav.navigator.geometry import line_of, project_edges, within_reach
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, RectifiedCameras
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
@@ -88,7 +88,7 @@ def edge_candidates(
     towards = np.where(agree, polarity[seen], -polarity[seen])
     position = np.column_stack([edgels["x_q5"], edgels["y_q5"]]).astype(np.int32)
     found = []
-    for i in np.flatnonzero(np.linalg.norm(d, axis=1) >= _MIN_LENGTH_PX):
+    for i in np.flatnonzero((np.linalg.norm(d, axis=1) >= _MIN_LENGTH_PX) & within_reach(xy)):
         length = float(np.linalg.norm(d[i]))
         half_rho = min(settings.window_min_rho_px + settings.window_sigmas * float(sigma[i]), _MAX_HALF_RHO_PX)
         half_theta = settings.window_min_theta + settings.window_sigmas * float(sigma[i]) / length

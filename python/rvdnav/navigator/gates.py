@@ -186,7 +186,7 @@ def plausible_motion(
     the last pose.
     """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
-    covariance = prediction.covariance + measurement.pose.covariance
+    covariance = prediction.covariance + measurement.own_covariance
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
     if not acquired:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rvdnav.pose import RectifiedCameras
-from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
+
+FAR_PX = 1e4
+"""Beyond every image: the core takes no coordinates, and no lengths, larger than this."""
 
 
 def rectified_cameras(rig: Rig) -> RectifiedCameras:
@@ -40,6 +43,11 @@ def moved_ends(xy: FloatArray, part: FloatArray, offsets: FloatArray) -> FloatAr
     shift = offsets[:, :1] + part * (offsets[:, 1:] - offsets[:, :1])
     moved: FloatArray = xy + shift[:, :, None] * normal[:, None]
     return moved
+
+
+def within_reach(xy: FloatArray) -> BoolArray:
+    """Which edges (m,) have both their image points (m, 2, 2) where the core takes them; no other crosses an image."""
+    return np.asarray((np.abs(xy) <= FAR_PX).all(axis=(1, 2)), np.bool_)
 
 
 def line_of(xy: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from rvdnav.core import Core
-from rvdnav.errors import InputError
+from rvdnav.errors import CoreError, InputError
 from rvdnav.navigator.attempt import Attempt
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
@@ -26,7 +26,7 @@ from rvdnav.navigator.stage_times import now
 from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.navigator.transitions import next_state
 from rvdnav.navigator.views import Images
-from rvdnav.pose import ConstantVelocityFilter, PredictedPose
+from rvdnav.pose import ConstantVelocityFilter, PoseError, PredictedPose
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
@@ -34,6 +34,8 @@ from rvdnav.solution import TOTAL, LearnedDimensions, Mode, Reason, Solution, St
 from rvdnav.target import Target
 
 _MIN_EDGES = 4
+# What no gate foresaw: numbers that determine no pose.
+_UNDETERMINED = (PoseError, np.linalg.LinAlgError, CoreError)
 _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 
 
@@ -95,10 +97,19 @@ class Navigator:
         return None if self._sizing is None else self._sizing.target
 
     def process(self, frame: Frame) -> Solution:
-        """The solution of the next frame.  Raises CoreError if the core refuses the frame's images."""
+        """The solution of the next frame, whatever its images show.
+
+        Raises ValueError for an image that hasn't the rig's size; whatever it raises, the memory is as it was before.
+        """
+        self._check_sizes(frame)
         start = now()
         times: dict[str, float] = {}
-        solution = self._solution(frame, times)
+        before = self.memory
+        try:
+            solution = self._solution(frame, times)
+        except BaseException:
+            self.memory = before
+            raise
         times[TOTAL] = now() - start
         return attrs.evolve(solution, stage_times=times)
 
@@ -113,11 +124,23 @@ class Navigator:
         self._remember(image_digests=digests)
         if all(image is None for image in images):
             return self._without_pose(frame.timestamp_ns, notes, None)
-        attempt, unusable = self._measure(frame.timestamp_ns, images, times)
-        notes |= unusable
-        if attempt.reasons or attempt.measurement is None:
-            return self._without_pose(frame.timestamp_ns, notes | attempt.reasons, attempt)
-        return self._published(frame.timestamp_ns, notes, attempt, attempt.measurement)
+        unmeasured = self.memory
+        try:
+            attempt, unusable = self._measure(frame.timestamp_ns, images, times)
+            notes |= unusable
+            if attempt.reasons or attempt.measurement is None:
+                return self._without_pose(frame.timestamp_ns, notes | attempt.reasons, attempt)
+            return self._published(frame.timestamp_ns, notes, attempt, attempt.measurement)
+        except _UNDETERMINED:
+            self.memory = unmeasured
+            return self._without_pose(frame.timestamp_ns, notes | {Reason.DEGENERATE}, None)
+
+    def _check_sizes(self, frame: Frame) -> None:
+        width, height = self._rig.width, self._rig.height
+        for image in (frame.left, frame.right)[: len(self._rig.cameras)]:
+            if image is not None and image.pixels.shape != (height, width):
+                size = "x".join(str(length) for length in image.pixels.shape[::-1])
+                raise ValueError(f"an image of {size} px, but the rig's are {width}x{height}")
 
     def _remember(self, **changes: Any) -> None:
         self._memory = attrs.evolve(self._memory, **changes)

@@ -7,7 +7,7 @@ import numpy as np
 
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import moved_ends, project_edges, rectified_cameras
+from rvdnav.navigator.geometry import FAR_PX, moved_ends, project_edges, rectified_cameras, within_reach
 from rvdnav.navigator.views import Images
 from rvdnav.pose import PoseError
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
@@ -18,6 +18,8 @@ _END_MARGIN_PX = 3.0
 _MAX_SAMPLES_PER_EDGE = 80
 # A part of an edge that is shorter than this is not worth a look, px.
 _MIN_PART_PX = 10.0
+# The most that the core takes; each round may find up to twice the blur of the one before.
+_MAX_BLUR_PX = 10.0
 
 
 @attrs.frozen(eq=False)
@@ -97,20 +99,25 @@ def sample_edges(
             xy = moved_ends(xy, model.parts(pieces.edge, pieces.points), offsets[camera, pieces.edge])
         span = xy[:, 1] - xy[:, 0]
         length = np.linalg.norm(span, axis=1)
+        chosen = within_reach(xy)
         if model.faces is not None:
-            long = length >= _MIN_PART_PX
-            pieces, xy, span, length = pieces.only(long), xy[long], span[long], length[long]
-            if not long.any():
-                continue
+            chosen &= length >= _MIN_PART_PX
+        if not chosen.any():
+            continue
+        pieces, xy, span, length = pieces.only(chosen), xy[chosen], span[chosen], length[chosen]
         spans[camera] = pieces.spans(model.edge_points)
         margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]
         ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
         step = max(1.0, float(length.max(initial=0.0)) / _MAX_SAMPLES_PER_EDGE)
         wanted = polarity[camera, pieces.edge]
-        beside = {}
+        face, blur = np.zeros(len(wanted)), 0.0
         if surroundings is not None:
-            beside = {"face": surroundings.face[camera, pieces.edge], "blur_sigma": surroundings.blur[camera, pieces.edge]}
-        found = core.measure_edges(camera, image, ends.reshape(-1, 4), wanted, half_width, step, **beside)
+            known = surroundings.face[camera, pieces.edge]
+            face = np.where(np.abs(known) <= FAR_PX, known, 0.0)
+            blur = np.minimum(surroundings.blur[camera, pieces.edge], _MAX_BLUR_PX)
+        found = core.measure_edges(
+            camera, image, ends.reshape(-1, 4), wanted, half_width, step, face=face, blur_sigma=blur
+        )
         found["edge"] = pieces.edge[found["edge"]]
         np.add.at(attempted[camera], pieces.edge, _profiles_on_image(rig, camera, ends, step))
         camera_parts.append(np.full(len(found), camera, np.int64))

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import statistics
+from collections.abc import Sequence
 
 import attrs
+
+_LEAST_STEP_M = 0.005
+"""The target may move so far between two frames of a camera of a usual rate; at 1 m/s that is 200 frames/s."""
 
 
 @attrs.frozen(kw_only=True)
@@ -59,3 +65,15 @@ class NavigatorSettings:
         for name, value in attrs.asdict(self).items():
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name} must be positive, not {value}")
+
+    def rate_notice(self, timestamps_ns: Sequence[int]) -> str | None:
+        """What a user should know of the rate of frames with these stamps, by the median; None for a usual one."""
+        gaps = [after - before for before, after in itertools.pairwise(timestamps_ns)]
+        seconds = statistics.median(gaps) * 1e-9 if gaps else None
+        if seconds is None or (self.max_speed * seconds >= _LEAST_STEP_M and seconds <= self.coast_seconds):
+            return None
+        apart = f"the frames lie {seconds * 1e3:.3g} ms apart"
+        if seconds > self.coast_seconds:
+            return f"{apart}: a target is followed for {self.coast_seconds:g} s without one and then searched anew"
+        step = f"{1e3 * self.max_speed * seconds:.3g} mm"
+        return f"{apart}, in which the target may move {step} ({self.max_speed:g} m/s): are the stamps right?"

@@ -59,9 +59,9 @@ class SizingSurveyor:
         self._target = target
         self._knowledge = knowledge
         self._settings = settings
-        self._config = config
         self._cameras = rectified_cameras(rig)
         self._blind = Core(rig, **config)
+        self._known = Core(rig, **config)  # looks for the target of the size that is known so far
         self._built: tuple[bytes, Surveyor] | None = None
         self.sizes: Sizes | None = None
 
@@ -116,8 +116,8 @@ class SizingSurveyor:
         key = shape.sizes.tobytes()
         if self._built is None or self._built[0] != key:
             target = self._target.resized(shape)
-            core = Core(self._rig, target, **self._config)
-            self._built = key, Surveyor(core, self._rig, edge_model(target).exact, self._knowledge, self._settings)
+            self._known.set_target(target)
+            self._built = key, Surveyor(self._known, self._rig, edge_model(target).exact, self._knowledge, self._settings)
         return self._built[1]
 
     def _taught(self, attempt: Attempt) -> Attempt:

@@ -30,6 +30,10 @@ from rvdnav.solution import Reason
 
 # Of several poses those this much less likely than the first, as a logarithm, are not looked into once one has passed.
 _UNLIKELY = 8.0
+# How far a coarse pose may lie from the prior and beyond the range gate, as a part of the range; no window of the edges
+# is wide enough for more.
+_MAX_SHIFT = 0.5
+_RANGE_MARGIN = 0.1
 # Part of all profiles that must agree where prints far from the edges were in the windows.
 _WIDE_COVERAGE = 0.8
 
@@ -129,6 +133,9 @@ class Surveyor:
         start = now()
         try:
             coarse = coarse_pose(self._model, frame, self._cameras, prior)
+            astray = self._astray(coarse, prior)
+            if astray is not None:
+                return Attempt(frozenset({astray}), frame, images)
             measurement = self._measure(images, coarse, polarity, learned)
             if len(measurement.cameras) == 1:
                 prediction, odds = (None, None) if expected is None else (expected.prediction, expected.earlier_odds)
@@ -148,3 +155,16 @@ class Surveyor:
 
     def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
         return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity)
+
+    @property
+    def _range_gate(self) -> tuple[float, float]:
+        return self._core.config.range_min, self._core.config.range_max
+
+    def _astray(self, coarse: FloatArray, prior: FloatArray) -> Reason | None:
+        """What tells that lines which don't belong together have led the coarse pose (4, 4) away from the prior."""
+        nearest, farthest = self._range_gate
+        distance = float(np.linalg.norm(coarse[:3, 3]))
+        if not nearest * (1.0 - _RANGE_MARGIN) <= distance <= farthest * (1.0 + _RANGE_MARGIN):
+            return Reason.RANGE_GATE
+        shift = float(np.linalg.norm(coarse[:3, 3] - prior[:3, 3]))
+        return None if shift <= _MAX_SHIFT * float(np.linalg.norm(prior[:3, 3])) else Reason.NOT_CONVERGED

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rvdnav.core import layout
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import line_of, moved_ends, project_edges
+from rvdnav.navigator.geometry import FAR_PX, line_of, moved_ends, project_edges, within_reach
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, RectifiedCameras
 from rvdnav.pose.arrays import FloatArray, IntArray
@@ -27,6 +27,8 @@ def predicted_windows(
     settings: NavigatorSettings,
 ) -> NDArray[np.void] | None:
     """WINDOW records of the target's edges, or None where the prediction is too vague to be of use.
+
+    Edges that the prediction puts beyond every image have none.
 
     polarity (m,): +1 where an edge was brighter towards the normal (-dy, dx) of its projection, -1 darker, 0 unknown.
     offsets (m, 2), px: by which its ends lie off the projection towards that normal.
@@ -57,7 +59,8 @@ def predicted_windows(
     windows["half_rho"] = half_rho + lever * settings.window_sigmas * sigma.max(axis=1) / length
     windows["t_min"] = t[:, 0]
     windows["t_max"] = t[:, 1]
-    return windows
+    windows = windows[within_reach(xy) & (windows["half_rho"] <= FAR_PX)]
+    return windows if len(windows) else None
 
 
 def _across_sigma(

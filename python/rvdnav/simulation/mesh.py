@@ -100,8 +100,8 @@ def box(low: ArrayLike, high: ArrayLike) -> Mesh:
 def prism(front: ArrayLike, depth: float) -> Mesh:
     """A solid behind a polygon (n, 3) that faces -x, by depth, m, along +x."""
     front = float_array(front, None, 3)
-    back = _behind(front, depth)
-    sides = [polygon([a, c, d, b]) for a, b, c, d in _ring(front, back)]
+    back = behind(front, depth)
+    sides = [polygon([a, c, d, b]) for a, b, c, d in ring(front, back)]
     return merge([polygon(front), polygon(back[::-1]), *sides])
 
 
@@ -109,25 +109,26 @@ def frame(outer: ArrayLike, inner: ArrayLike, depth: float) -> Mesh:
     """A flat frame of straight bars: between an outer and an inner polygon (n, 3) that turn from y to z about +x,
     and by depth, m, along +x."""
     outer, inner = float_array(outer, None, 3), float_array(inner, None, 3)
-    outer_back, inner_back = _behind(outer, depth), _behind(inner, depth)
+    outer_back, inner_back = behind(outer, depth), behind(inner, depth)
     faces = []
-    for a, b, c, d in _ring(outer, inner):
+    for a, b, c, d in ring(outer, inner):
         faces.append(polygon([a, c, d, b]))
-    for a, b, c, d in _ring(outer_back, inner_back):
+    for a, b, c, d in ring(outer_back, inner_back):
         faces.append(polygon([a, b, d, c]))
-    for a, b, c, d in _ring(outer, outer_back):
+    for a, b, c, d in ring(outer, outer_back):
         faces.append(polygon([a, b, d, c]))
-    for a, b, c, d in _ring(inner, inner_back):
+    for a, b, c, d in ring(inner, inner_back):
         faces.append(polygon([a, c, d, b]))
     return merge(faces)
 
 
-def _behind(points: FloatArray, depth: float) -> FloatArray:
+def behind(points: FloatArray, depth: float) -> FloatArray:
+    """Points (n, 3) moved by depth, m, along +x."""
     moved: FloatArray = points + np.array([depth, 0.0, 0.0])
     return moved
 
 
-def _ring(first: FloatArray, second: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
+def ring(first: FloatArray, second: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
     """For every side: its start and end in the first loop, then in the second."""
     return list(zip(first, np.roll(first, -1, axis=0), second, np.roll(second, -1, axis=0), strict=True))
 

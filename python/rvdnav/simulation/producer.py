@@ -12,7 +12,7 @@ import numpy as np
 
 from rvdnav.errors import InputError
 from rvdnav.files import read_text, write_text_atomically
-from rvdnav.images import ImageError, PixelArray, png_bytes, read_png
+from rvdnav.images import ImageError, PixelArray, png_bytes, read_image
 from rvdnav.rig import save_rig
 from rvdnav.simulation import sky
 from rvdnav.simulation.record import fingerprint, meta_text
@@ -139,7 +139,7 @@ class _Producer:
 
     def _is_there(self, frame: int, camera: int) -> bool:
         try:
-            pixels, _ = read_png(self._path(frame, camera))
+            pixels = read_image(self._path(frame, camera)).pixels
         except ImageError:
             return False
         return pixels.shape == (self._scenario.rig.height, self._scenario.rig.width)
@@ -158,8 +158,8 @@ def _write_texts(scenario: Scenario, renderer: str, folder: Path) -> None:
         write_text_atomically(folder / f"cam{camera}" / "data.csv", "\n".join(rows))
         for leftover in (folder / f"cam{camera}" / "data").glob("*.part"):
             leftover.unlink()
-    save_rig(scenario.rig, folder)
-    save_target(scenario.target, folder / "target.yaml")
+    save_rig(scenario.told_rig(), folder)
+    save_target(scenario.told_target(), folder / "target.yaml")
     write_tum(
         folder / "groundtruth.tum",
         [(stamp, scenario.T_world_target(frame)) for frame, stamp in enumerate(stamps)],

@@ -37,7 +37,7 @@ def _plain_value(value: Any) -> Any:
 
 def meta_text(scenario: Scenario, renderer: str) -> str:
     """The text of meta.yaml."""
-    lights, sensor, target = scenario.lights, scenario.sensor, scenario.target
+    lights, sensor, target, rig = scenario.lights, scenario.sensor, scenario.target, scenario.rig
     ranges = [float(np.linalg.norm(scenario.T_world_target(frame)[:3, 3])) for frame in range(scenario.frames)]
     meta: dict[str, Any] = {
         "name": scenario.name,
@@ -59,10 +59,24 @@ def meta_text(scenario: Scenario, renderer: str) -> str:
         "psf_sigma_px": sensor.psf_sigma,
         "noise": f"sigma^2 = {sensor.read_noise:g}^2 + {sensor.shot_noise:g} DN (DN^2), PRNU {100 * sensor.prnu:g} %, "
         f"black level {sensor.black_level:g} DN, vignetting {100 * sensor.vignetting:g} %",
+        "response": {"gamma": sensor.gamma, "sharpening": sensor.sharpening},
+        "timing": {
+            "exposure_ns": rig.exposure_ns,
+            "line_delay_ns": rig.line_delay_ns,
+            "scan": rig.scan,
+            "field_delay_ns": rig.field_delay_ns,
+        },
+        "edge_radius_mm": round(1e3 * target.edge_radius, 9),
+        "true_points_mm": {name: np.round(1e3 * point, 9).tolist() for name, point in target.points.items()},
+        "files": attrs.asdict(scenario.files, value_serializer=_listed),
         "renderer": renderer,
         "fingerprint": fingerprint(scenario, renderer),
     }
     return yaml.safe_dump(meta, sort_keys=False, width=120, default_flow_style=None)
+
+
+def _listed(_: Any, __: Any, value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _seen(scenario: Scenario, camera: int) -> list[int]:

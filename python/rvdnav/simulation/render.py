@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from rvdnav.pose.arrays import BoolArray, FloatArray
-from rvdnav.pose.so3 import inverse_T
+from rvdnav.simulation.camera_path import CameraPath
 from rvdnav.simulation.lens import RayTable
 from rvdnav.simulation.lights import irradiance
 from rvdnav.simulation.patterns import PixelPatterns
@@ -46,6 +46,7 @@ class Renderer:
         self._builder = SceneBuilder(mitsuba, scenario)
         rig = scenario.rig
         columns, rows = columns or slice(0, rig.width), rows or slice(0, rig.height)
+        self._first_row = rows.start
         self._tables = [RayTable(camera, columns, rows) for camera in rig.cameras]
         self._integrator = mitsuba.load_dict({"type": "path", "max_depth": _MAX_DEPTH})
         self._scene: tuple[int, Any] | None = None
@@ -55,7 +56,7 @@ class Renderer:
         if self._scene is None or self._scene[0] != frame:
             self._scene = frame, self._builder.build(frame)
         scene = self._scene[1]
-        T_C_cam = inverse_T(self._scenario.T_world_target(frame)) @ self._scenario.rig.T_world_cam[camera]
+        place = CameraPath(self._scenario, frame, camera)
         rng = np.random.default_rng([self._scenario.seed, 1, frame, camera])
         meter = irradiance(self._scenario.rig, self._scenario.lights, self._scenario.target_middle(frame))
         reference = max(BRACKET_REFLECTANCE / np.pi * meter.total, _NO_LIGHT)
@@ -67,37 +68,44 @@ class Renderer:
         for first in range(0, height, band):
             rows = slice(first, min(first + band, height))
             rays = table.rays(rows, *patterns.draw((rows.stop - first, width), rng))
-            light, hit = self._trace(scene, rays, T_C_cam, int(rng.integers(2**31)))
+            seed = int(rng.integers(2**31))
+            origins, directions = place.rays_in_target(rays, self._first_row + first, rng)
+            light, hit = self._trace(scene, origins, directions, seed)
             signal[rows] = np.minimum(light / reference, _CLIP_LEVELS).mean(axis=2)
             sky[rows] = 1.0 - hit.mean(axis=2)
         return LightImage(signal, sky)
 
-    def _trace(self, scene: Any, rays: FloatArray, T_C_cam: FloatArray, seed: int) -> tuple[FloatArray, BoolArray]:
-        """Radiance and whether anything was hit, each (...), along rays (..., 3) in the camera frame."""
+    def _trace(
+        self, scene: Any, origins: FloatArray, directions: FloatArray, seed: int
+    ) -> tuple[FloatArray, BoolArray]:
+        """Radiance and whether anything was hit, each (...), along rays from origins (..., 3), or from one (3,), in
+        directions (..., 3), in C."""
         mi = self._mi
-        shape, samples = rays.shape[:-1], rays.shape[-2]
-        directions = T_C_cam[:3, :3] @ rays.reshape(-1, 3).T
-        directions /= np.sqrt(np.einsum("ij,ij->j", directions, directions))
+        shape, samples = directions.shape[:-1], directions.shape[-2]
+        along, start = directions.reshape(-1, 3).T, origins.reshape(-1, 3).T
+        along = along / np.sqrt(np.einsum("ij,ij->j", along, along))
         sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
         if mi.variant().startswith("scalar"):
-            light, hit = self._trace_one_by_one(scene, sampler, seed, samples, directions.T, T_C_cam[:3, 3])
+            start = np.broadcast_to(start, along.shape)
+            light, hit = self._trace_one_by_one(scene, sampler, seed, samples, along.T, start.T)
         else:
             sampler.set_samples_per_wavefront(samples)
-            sampler.seed(seed, directions.shape[1])
-            bundle = mi.Ray3f(mi.Point3f(T_C_cam[:3, 3].tolist()), mi.Vector3f(directions.astype(np.float32)))
+            sampler.seed(seed, along.shape[1])
+            origin = start[:, 0].tolist() if start.shape[1] == 1 else start.astype(np.float32)
+            bundle = mi.Ray3f(mi.Point3f(origin), mi.Vector3f(along.astype(np.float32)))
             radiance, _, _ = self._integrator.sample(scene, sampler, bundle)
             light = np.array(radiance, dtype=np.float64).ravel()
             hit = np.array(scene.ray_test(bundle))
         return light.reshape(shape), hit.reshape(shape)
 
     def _trace_one_by_one(
-        self, scene: Any, sampler: Any, seed: int, samples: int, directions: FloatArray, origin: FloatArray
+        self, scene: Any, sampler: Any, seed: int, samples: int, directions: FloatArray, origins: FloatArray
     ) -> tuple[FloatArray, BoolArray]:
         light, hit = np.empty(len(directions)), np.empty(len(directions), dtype=bool)
-        for index, direction in enumerate(directions.tolist()):
+        for index, (origin, direction) in enumerate(zip(origins.tolist(), directions.tolist(), strict=True)):
             if index % samples == 0:
                 sampler.seed(seed + index)
-            ray = self._mi.Ray3f(origin.tolist(), direction)
+            ray = self._mi.Ray3f(origin, direction)
             light[index] = self._integrator.sample(scene, sampler, ray)[0][0]  # grey: all channels are alike
             hit[index] = scene.ray_test(ray)
             sampler.advance()

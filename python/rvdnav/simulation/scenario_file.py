@@ -14,18 +14,19 @@ import numpy as np
 from rvdnav.errors import InputError
 from rvdnav.rig import load_rig
 from rvdnav.simulation.course import Course, Motion
-from rvdnav.simulation.scenario import Background, Lights, Scenario, Sensor
+from rvdnav.simulation.scenario import LEAST_GAMMA, OMISSIONS, Background, Files, Lights, Scenario, Sensor
 from rvdnav.simulation.solids import box_target, bracket_target
 from rvdnav.target import Target, load_target
 from rvdnav.yamlio import Section, read_yaml
 
 _KEYS = (
     *("name", "seed", "frames", "rate_hz", "rig", "target", "motion"),
-    *("lights", "background", "sensor", "samples_per_pixel"),
+    *("lights", "background", "sensor", "samples_per_pixel", "files"),
 )
 _MOST_FRAMES = 20_000
 _MOST_SAMPLES = 1 << 16
 _BRACKET_MM = ("long_base_mm", "short_base_mm", "height_mm", "bar_width_mm", "bar_thickness_mm")
+_EDGE_RADIUS_MM = "edge_radius_mm"
 _COURSES = {"x_m": 1.0, "y_m": 1.0, "z_m": 1.0} | {f"{angle}_deg": math.pi / 180 for angle in ("phi", "theta", "psi")}
 _SENSOR = {
     "psf_sigma_px": "psf_sigma",
@@ -35,6 +36,8 @@ _SENSOR = {
     "shot_noise_dn": "shot_noise",
     "prnu": "prnu",
     "vignetting": "vignetting",
+    "gamma": "gamma",
+    "sharpening": "sharpening",
 }
 
 
@@ -55,6 +58,8 @@ def load_scenario(path: str | Path) -> Scenario:
         settings["sensor"] = _sensor(file.section("sensor"))
     if "samples_per_pixel" in file:
         settings["samples"] = file.whole("samples_per_pixel", 1, _MOST_SAMPLES)
+    if "files" in file:
+        settings["files"] = _files(file.section("files"))
     rate = file.number("rate_hz")
     if rate < 1e-3:
         raise file.fault("rate_hz", "is less than 0.001")
@@ -98,10 +103,14 @@ def _target(file: Section) -> Target:
     name = file.text("name")
     try:
         if kind == "bracket":
-            sizes.only(*_BRACKET_MM)
-            return bracket_target(name, *(1e-3 * sizes.number(key) for key in _BRACKET_MM))
-        sizes.only("size_mm")
-        return box_target(name, 1e-3 * sizes.numbers("size_mm", 3))
+            sizes.only(*_BRACKET_MM, _EDGE_RADIUS_MM)
+            target = bracket_target(name, *(1e-3 * sizes.number(key) for key in _BRACKET_MM))
+        else:
+            sizes.only("size_mm", _EDGE_RADIUS_MM)
+            target = box_target(name, 1e-3 * sizes.numbers("size_mm", 3))
+        if _EDGE_RADIUS_MM in sizes:
+            target = attrs.evolve(target, edge_radius=1e-3 * sizes.number(_EDGE_RADIUS_MM))
+        return target
     except ValueError as error:
         raise section.fault(kind, f"is impossible: {error}") from error
 
@@ -172,9 +181,27 @@ def _background(section: Section) -> dict[str, Any]:
 def _sensor(section: Section) -> Sensor:
     section.only(*_SENSOR)
     values = {_SENSOR[key]: _not_negative(section, key) for key in section}
-    if values.get("level", 1.0) < 1.0:
-        raise section.fault("level_dn", "is less than 1")
+    for key, least in (("level_dn", 1.0), ("gamma", LEAST_GAMMA)):
+        if values.get(_SENSOR[key], least) < least:
+            raise section.fault(key, f"is less than {least:g}")
     return attrs.evolve(Sensor(), **values)
+
+
+def _files(section: Section) -> Files:
+    section.only("calibration", "target_sizes_mm", "target_points_mm", "omit")
+    values: dict[str, Any] = {
+        key: _not_negative(section, key) for key in ("target_sizes_mm", "target_points_mm") if key in section
+    }
+    if "calibration" in section:
+        values["calibration"] = tuple(section.numbers("calibration", 3).tolist())
+        if min(values["calibration"]) < 0.0:
+            raise section.fault("calibration", "is negative")
+    if "omit" in section:
+        values["omit"] = section.texts("omit")
+        for name in values["omit"]:
+            if name not in OMISSIONS:
+                raise section.fault("omit", f"{name!r} is none of {', '.join(OMISSIONS)}")
+    return Files(**values)
 
 
 def _not_negative(section: Section, key: str) -> float:

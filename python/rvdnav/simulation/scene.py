@@ -25,7 +25,7 @@ def target_parts(scenario: Scenario, rng: Rng) -> list[Part]:
     bracket = scenario.target.bracket
     if bracket is None:
         return printed_parts(scenario.target, rng)
-    return [*bracket_parts(bracket, rng), *satellite_parts(bracket, rng)]
+    return [*bracket_parts(bracket, scenario.target.edge_radius, rng), *satellite_parts(bracket, rng)]
 
 
 class SceneBuilder:

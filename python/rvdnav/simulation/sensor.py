@@ -1,4 +1,4 @@
-"""From light to 8-bit pixels: blur, stars, vignetting, unequal pixels, noise."""
+"""From light to 8-bit pixels: blur, stars, vignetting, unequal pixels, noise, response, sharpening."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from rvdnav.camera import CameraModel
+from rvdnav.faults.electronics import unsharp_masked
 from rvdnav.images import PixelArray
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.simulation.render import LightImage
@@ -59,6 +60,10 @@ def expose(
     signal = np.maximum(signal + stars * light.sky, 0.0) * gains
     sigma = np.sqrt(sensor.read_noise**2 + sensor.shot_noise * signal)
     noisy = sensor.black_level + signal + sigma * rng.standard_normal(signal.shape)
+    if sensor.gamma != 1.0:
+        noisy = 255.0 * np.clip(noisy / 255.0, 0.0, 1.0) ** sensor.gamma
+    if sensor.sharpening > 0.0:
+        noisy = unsharp_masked(np.clip(noisy, 0.0, 255.0), sensor.sharpening)
     return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from rvdnav.pose.arrays import FloatArray
-from rvdnav.simulation.mesh import Material, Part, polygon
+from rvdnav.simulation.mesh import Material, Mesh, Part, polygon
+from rvdnav.simulation.rounding import rounded_solid
 from rvdnav.simulation.textures import Rng, printed
 from rvdnav.target import Bar, Target
 
 _BARS = (("long_base", 1, 2), ("leg_lower", 2, 3), ("short_base", 3, 4), ("leg_upper", 4, 1))
+_EDGE_REFLECTANCE = 0.55
 
 
 def bracket_target(
@@ -59,6 +61,19 @@ def box_target(name: str, size: FloatArray) -> Target:
     return Target(name=name, points=points, edges=edges, faces=[[f"B{i}" for i in face] for face in faces])
 
 
+def solid(target: Target) -> tuple[list[Mesh], Mesh | None]:
+    """The target's flat faces, and what is round between them.
+
+    Raises ValueError where its edges cannot be rounded by its radius.
+    """
+    faces = [np.array([target.points[name] for name in face]) for face in target.faces]
+    if not target.edge_radius:
+        return [polygon(face) for face in faces], None
+    return rounded_solid(faces, target.edge_radius)
+
+
 def printed_parts(target: Target, rng: Rng) -> list[Part]:
-    """The target's faces, each printed with a pattern of its own."""
-    return [Part(polygon([target.points[name] for name in face]), Material(printed(rng))) for face in target.faces]
+    """The target's faces, each printed with a pattern of its own; rounded edges are plain."""
+    faces, between = solid(target)
+    parts = [Part(face, Material(printed(rng))) for face in faces]
+    return parts if between is None else [*parts, Part(between, Material(_EDGE_REFLECTANCE))]

@@ -7,6 +7,7 @@ import numpy as np
 from rvdnav.bracket import Bracket
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.simulation.mesh import Material, Part, box, cylinder, frame, merge, sheet
+from rvdnav.simulation.rounding import rounded_frame
 from rvdnav.simulation.textures import Rng, brushed, crumpled, solar_cells
 
 BODY_M = 0.5
@@ -19,9 +20,11 @@ _DARK, _GREY, _BLACK = Material(0.08), Material(0.2), Material(0.04)
 _FOIL = Material(0.9, roughness=0.16)
 
 
-def bracket_parts(bracket: Bracket, rng: Rng) -> list[Part]:
-    """The four bars with their true thickness, and a screw in every corner of the front face."""
-    parts = [Part(frame(bracket.outer, bracket.inner, bracket.thickness), Material(brushed(rng, BRACKET_REFLECTANCE)))]
+def bracket_parts(bracket: Bracket, edge_radius: float, rng: Rng) -> list[Part]:
+    """The four bars with their true thickness and edges, and a screw in every corner of the front face."""
+    loops = bracket.outer, bracket.inner, bracket.thickness
+    bars = rounded_frame(*loops, edge_radius) if edge_radius else frame(*loops)
+    parts = [Part(bars, Material(brushed(rng, BRACKET_REFLECTANCE)))]
     radius = 0.25 * float(bracket.bar_widths.min())
     heads = [cylinder(point - (0.0005, 0.0, 0.0), radius, 0.0004) for point in (bracket.outer + bracket.inner) / 2.0]
     parts.append(Part(merge(heads), Material(0.2)))
