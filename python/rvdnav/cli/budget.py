@@ -22,7 +22,7 @@ from rvdnav.budget.rows import (
     improvement_grid,
     verdict,
 )
-from rvdnav.cli.terminal import console, progress_bars
+from rvdnav.cli.terminal import console, print_note, progress_bars
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
 from rvdnav.rig import CAMCHAIN, RIG, load_rig
@@ -54,7 +54,10 @@ def budget(
     if not 0.0 < detail < math.inf:
         raise InputError(f"--at {detail:g}: not a range")
     folder = _folder(path)
-    rig = load_rig(folder)
+    notices: list[str] = []
+    rig = load_rig(folder, notices)
+    for notice in notices:
+        print_note(notice)
     known = load_target(folder / _TARGET if target is None else target)
     with staged_directory(out) as staging:
         with progress_bars() as tell:
