@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -13,7 +15,7 @@ from rvdnav.calibration import ImagePair, read_pairs
 from rvdnav.calibration.board import parse_corners, parse_length
 from rvdnav.calibration.opencv_file import OPENCV_FILE, load_opencv, save_opencv
 from rvdnav.cli.app import execute
-from rvdnav.errors import InputError
+from rvdnav.errors import CoreError, InputError
 from rvdnav.rig import load_rig
 
 SIZE = (40, 30)
@@ -270,6 +272,38 @@ def test_bad_options(
 ) -> None:
     assert command(pictures, tmp_path / "out", *more) == 2
     assert fault in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def refused(status: Exception) -> Callable[..., None]:
+    def refuse(*_: object) -> None:
+        raise status
+
+    return refuse
+
+
+@pytest.mark.parametrize(
+    ("place", "error"),
+    [
+        ("calibration.calibrate.Core", CoreError(-5, "a lens of no use")),
+        ("cli.calibrate.verdict", ValueError("a lens of no use")),
+    ],
+)
+def test_a_rig_of_no_use_is_refused_in_one_line(
+    place: str,
+    error: Exception,
+    pictures: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module, name = f"rvdnav.{place}".rsplit(".", 1)
+    monkeypatch.setattr(importlib.import_module(module), name, refused(error))
+    assert command(pictures, tmp_path / "out") == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if "note:" not in line]
+    assert len(told) == 1
+    assert told[0].startswith(f"rvdnav: {pictures}: ")
+    assert told[0].endswith("a lens of no use")
     assert not (tmp_path / "out").exists()
 
 

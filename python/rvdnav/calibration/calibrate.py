@@ -19,6 +19,8 @@ from rvdnav.calibration.sources import ImagePair
 from rvdnav.calibration.start import calibrate_one, relative_pose_errors, start_stereo
 from rvdnav.calibration.stretch import board_stretch
 from rvdnav.calibration.views import Dropped, Progress, View, find_views, select
+from rvdnav.core import Core
+from rvdnav.errors import CoreError
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, world_from_camchain
 
@@ -195,6 +197,8 @@ def _measured_again(
 def _rig(adjustment: Adjustment) -> Rig:
     model = adjustment.model
     try:
-        return Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
-    except ValueError as error:
+        rig = Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
+        Core(rig)  # what the navigator would refuse is no result
+        return rig
+    except (ValueError, CoreError) as error:
         raise ValueError(f"the views give no usable rig: {error}") from error

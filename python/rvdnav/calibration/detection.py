@@ -54,7 +54,10 @@ def find_board(image: PixelArray, board: Board) -> Corners:
 
 def refine(image: PixelArray, board: Board, corners: Corners, camera: CameraModel) -> Corners:
     """The corners measured again, now that the camera's distortion is known.  Raises BoardNotFoundError."""
-    return _refined(image, board, corners.uv, camera)
+    try:
+        return _refined(image, board, corners.uv, camera)
+    except cv2.error as error:
+        raise BoardNotFoundError("the corners cannot be measured again") from error
 
 
 def aligned(corners: Corners, reference: Corners, board: Board) -> Corners:

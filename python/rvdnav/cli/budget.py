@@ -60,19 +60,22 @@ def budget(
         print_note(notice)
     known = load_target(folder / _TARGET if target is None else target)
     with staged_directory(out) as staging:
-        with progress_bars() as tell:
-            result = draw_up(
-                folder.resolve().name,
-                rig,
-                known,
-                assumptions,
-                ranges=distances,
-                angles=[math.radians(angle) for angle in degrees],
-                at=detail,
-                requirements=wanted,
-                checked=checked,
-                drawn=partial(tell, "Monte Carlo"),
-            )
+        try:
+            with progress_bars() as tell:
+                result = draw_up(
+                    folder.resolve().name,
+                    rig,
+                    known,
+                    assumptions,
+                    ranges=distances,
+                    angles=[math.radians(angle) for angle in degrees],
+                    at=detail,
+                    requirements=wanted,
+                    checked=checked,
+                    drawn=partial(tell, "Monte Carlo"),
+                )
+        except ValueError as error:  # a lens that folds back as soon as its calibration errs a little
+            raise InputError(f"{path}: no budget can be drawn up: {error}") from error
         write_budget(staging / "budget.html", result)
     _print(result)
     console.print(f"report: {out / 'budget.html'}", soft_wrap=True)
