@@ -13,6 +13,14 @@ from rvdnav.pose.arrays import FloatArray, float_array
 
 _NEWTON_STEPS = 50
 _NEWTON_TOLERANCE = 1e-12
+# What is beyond these is a slip of the pen: a field of view under half a degree or over 157, pixels three times as long
+# as wide, and a region of no image that there is.
+_FOCAL_SPAN = (0.1, 100.0)  # of the image's longer side
+_MAX_ASPECT = 3.0
+_MAX_OFF_AXIS = 4096.0  # px, from the image's middle
+_MAX_RADIAL, _MAX_TANGENTIAL = 1e9, 1e3
+_MAX_WITHOUT_RAY = 0.05  # of the pixels
+_MOST_COUNTED = 100_000
 
 
 def _distortion(values: ArrayLike) -> FloatArray:
@@ -38,8 +46,12 @@ class CameraModel:
     width, height: of the image, px.  fx, fy: focal lengths, px.  cx, cy: principal point, px; pixel (0, 0) is the
     centre of the top-left pixel.  distortion: k1, k2, p1, p2 (4,).  Camera frame: x right, y down, z forward, m.
 
-    Raises ValueError for a size or focal length that is not positive, for a number that is not finite, and for a
-    distortion that folds back inside the image, where one pixel would have several rays.
+    Where the distortion folds back some pixels inside the image these have no ray: `pixels_without_ray`.
+
+    Raises ValueError, naming the parameter and its value, for a size that is not positive, a number that is not
+    finite, a focal length that is not 0.1 to 100 times the image's longer side or three times the other, a principal
+    point more than 4096 px from the image's middle, a distortion beyond all bounds, and one that leaves more than 5 %
+    of the pixels without a ray.
     Model: D. C. Brown, "Close-range camera calibration", Photogrammetric Engineering 37 (1971).
     """
 
@@ -62,9 +74,30 @@ class CameraModel:
         t = (-3.0 * k1 + np.sqrt(discriminant)) / 2.0 if discriminant >= 0.0 else 0.0
         return float(1.0 / t) if t > 1e-12 else float(np.inf)
 
+    pixels_without_ray: int = attrs.field(init=False, eq=False, repr=False, default=0)
+
     def __attrs_post_init__(self) -> None:
+        longer = max(self.width, self.height)
+        for name, focal in (("fx", self.fx), ("fy", self.fy)):
+            if not _FOCAL_SPAN[0] * longer <= focal <= _FOCAL_SPAN[1] * longer:
+                span = f"{_FOCAL_SPAN[0] * longer:g} to {_FOCAL_SPAN[1] * longer:g} px"
+                raise ValueError(f"{name} = {focal:g} is not {span} (0.1 to 100 times the image's longer side)")
+        if not 1.0 / _MAX_ASPECT <= self.fx / self.fy <= _MAX_ASPECT:
+            raise ValueError(f"fx = {self.fx:g} and fy = {self.fy:g} differ by more than a factor of {_MAX_ASPECT:g}")
+        for name, centre, size in (("cx", self.cx, self.width), ("cy", self.cy, self.height)):
+            if abs(centre - 0.5 * (size - 1)) > _MAX_OFF_AXIS:
+                raise ValueError(f"{name} = {centre:g} lies more than {_MAX_OFF_AXIS:g} px from the image's middle")
+        for name, k in zip(("k1", "k2", "p1", "p2"), self.distortion, strict=True):
+            most = _MAX_RADIAL if name.startswith("k") else _MAX_TANGENTIAL
+            if abs(k) > most:
+                raise ValueError(f"{name} = {k:g} is not within -{most:g} to {most:g}")
         if not np.isfinite(self.unproject(self._border())).all():
-            raise ValueError("the distortion folds back inside the image")
+            object.__setattr__(self, "pixels_without_ray", self._count_without_ray())
+        share = self.pixels_without_ray / (self.width * self.height)
+        if share > _MAX_WITHOUT_RAY:
+            raise ValueError(
+                f"the distortion folds back inside the image: {100.0 * share:.0f} % of its pixels have no ray"
+            )
 
     @property
     def K(self) -> FloatArray:
@@ -132,8 +165,15 @@ class CameraModel:
         return unfolded
 
     def _border(self) -> FloatArray:
-        """Points (n, 2) along the outer border of the image, px."""
+        """Points (n, 2) along the outermost pixels of the image, px."""
         t = np.linspace(0.0, 1.0, 33)
         sides = [np.stack([t, np.full_like(t, end)], axis=-1) for end in (0.0, 1.0)]
         unit = np.concatenate([*sides, *(side[:, ::-1] for side in sides)])
-        return unit * (self.width, self.height) - 0.5
+        return unit * (self.width - 1, self.height - 1)
+
+    def _count_without_ray(self) -> int:
+        """Pixels that no ray is imaged to; every n-th counts for all where the image is large."""
+        step = int(np.ceil(np.sqrt(self.width * self.height / _MOST_COUNTED)))
+        uv = np.stack(np.meshgrid(np.arange(0.0, self.width, step), np.arange(0.0, self.height, step)), axis=-1)
+        counted = int((~np.isfinite(self.unproject(uv)).all(axis=-1)).sum())
+        return max(counted * step * step, 1)

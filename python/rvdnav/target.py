@@ -98,7 +98,7 @@ class Target:
     edges: tuple[tuple[str, str], ...] = attrs.field(default=(), converter=_edges)
     faces: tuple[tuple[str, ...], ...] = attrs.field(default=(), converter=_faces)
     dimensions_known: bool = True
-    tolerance: dict[str, float] | None = attrs.field(default=None, converter=attrs.converters.optional(dict))
+    tolerance: Mapping[str, float] | None = attrs.field(default=None)
     bracket: Bracket | None = attrs.field(init=False, eq=False, repr=False)
     """The four-bar bracket that lines l1..l4 and the bars along them form, or None for any other target."""
 

@@ -97,6 +97,30 @@ def test_swapped_cameras_are_noticed(pairs: list[ImagePair]) -> None:
         calibrate(swapped, BOARD)
 
 
+def shifted(pairs: list[ImagePair], start: int) -> list[ImagePair]:
+    """One camera lost a frame: from the start on, each left picture has the right one of the pair after it."""
+    rights = [pair.images[1] for pair in pairs[start:]]
+    late = [
+        attrs.evolve(pair, images=(pair.images[0], right))
+        for pair, right in zip(pairs[start:], rights[1:] + rights[:1], strict=True)
+    ]
+    return pairs[:start] + late
+
+
+def test_pairs_after_a_lost_frame_are_dropped(pairs: list[ImagePair]) -> None:
+    calibration = calibrate(shifted(pairs, 5), BOARD)
+    assert [view.name for view in calibration.views] == ["0", "1", "2", "3", "4"]
+    assert all("does not fit the other views" in reason for reason in reasons(calibration).values())
+    assert calibration.rig.baseline == pytest.approx(RIG.baseline, rel=1e-3)
+
+
+def test_pairs_of_which_half_do_not_belong_together_are_refused(pairs: list[ImagePair]) -> None:
+    for start in (0, 4):
+        with pytest.raises(CalibrationError, match=r"do not fit one rig .*; do they belong together\?") as caught:
+            calibrate(shifted(pairs, start), BOARD)
+        assert "\n" not in str(caught.value)
+
+
 def test_too_few_views(pairs: list[ImagePair]) -> None:
     blank = np.zeros((288, 352), np.uint8)
     with pytest.raises(CalibrationError, match="2 usable views of the chessboard of 7x5 inner corners") as caught:

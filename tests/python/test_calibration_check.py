@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rvdnav.calibration.check import RigCheck, check_rig
 from rvdnav.cli.app import execute
-from rvdnav.errors import InputError
+from rvdnav.errors import CoreError, InputError
 from rvdnav.pose import exp, inverse_T, make_T
 from rvdnav.rig import Rig, save_rig, world_from_camchain
 from rvdnav.sequence import Sequence, open_sequence
@@ -69,6 +69,18 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     save_rig(turned(open_sequence(EXAMPLE).rig, 1, (0.08, 0.0, 0.0)), copy)
     assert execute(["calibrate", "check", str(copy)]) == 1
     assert "re-calibration is due: the cameras have turned by 0.0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("error", [CoreError(-5, "no use"), ValueError("no use"), np.linalg.LinAlgError("no use")])
+def test_whatever_fails_is_one_line(
+    error: Exception, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("rvdnav.cli.check.check_rig", fail)
+    assert execute(["calibrate", "check", str(EXAMPLE)]) == 2
+    assert capsys.readouterr().err == f"rvdnav: {EXAMPLE}: its rig cannot be checked: no use\n"
 
 
 def test_what_cannot_be_checked(make_sequence: Callable[..., Path], tmp_path: Path) -> None:

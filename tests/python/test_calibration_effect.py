@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from drawn_scene import bracket_target, draw_frame, example_rig, pose, wide_rig
 from rvdnav import Navigator, Rig
+from rvdnav.camera import CameraModel
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import LineMeasurements, RefinedPose, difference, refine_pose_edges
@@ -132,3 +133,24 @@ def test_the_navigator_states_it_and_keeps_it_from_its_filter() -> None:
     coasting = stated.process(attrs.evolve(frames[-1], timestamp_ns=10**9 + 3 * 10**8, left=None, right=None))
     assert coasting.covariance is not None
     assert np.trace(coasting.covariance[:3, :3]) > np.trace(one.covariance[:3, :3])
+
+
+def test_a_lens_that_folds_back_in_a_corner() -> None:
+    """A public calibration whose polynomial turns round within one corner: the effect is that of the other pixels."""
+    camera = CameraModel(
+        1280, 720, 863.728, 863.222, 637.524, 385.529, [0.0885275, -0.225994, -0.000152622, 0.000566247]
+    )
+    assert camera.pixels_without_ray > 0
+    rig = Rig((camera,), wide_rig().T_world_cam[:1])
+    effect = CalibrationEffect.of(rig)
+    assert np.isfinite(effect.shift).all()
+    T = POSES[0]
+    edges = raw_edges(rig, T)
+    solved, lines = solve(rig, edges, T)
+    derivative = effect.pose_derivative(solved, lines)
+    for parameter in (0, 2, 4):
+        delta = np.zeros(8)
+        delta[parameter] = SIGMA[parameter]
+        above, below = (solve(rig.perturbed(sign * delta), edges, T)[0].T_world_target for sign in (1, -1))
+        expected = difference(above, below) / (2.0 * SIGMA[parameter])
+        assert np.allclose(derivative[:, parameter], expected, rtol=0.05, atol=0.05 * np.abs(expected).max())

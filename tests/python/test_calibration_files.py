@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -13,7 +15,7 @@ from rvdnav.calibration import ImagePair, read_pairs
 from rvdnav.calibration.board import parse_corners, parse_length
 from rvdnav.calibration.opencv_file import OPENCV_FILE, load_opencv, save_opencv
 from rvdnav.cli.app import execute
-from rvdnav.errors import InputError
+from rvdnav.errors import CoreError, InputError
 from rvdnav.rig import load_rig
 
 SIZE = (40, 30)
@@ -46,6 +48,40 @@ def test_folders_of_each_camera(tmp_path: Path, below: str) -> None:
     ]
 
 
+NS = 1403709383937837056
+
+
+def test_images_named_by_their_time_are_paired_by_it(tmp_path: Path) -> None:
+    write_images(tmp_path / "cam0" / "data", [str(NS), str(NS + 500_000_000), str(NS + 900_000_000)])
+    write_images(tmp_path / "cam1" / "data", [str(NS + 4_211), str(NS + 899_999_000)], ending=".jpg")
+    assert greys(list(read_pairs(tmp_path))) == [
+        (str(NS), 0, 0),
+        (str(NS + 500_000_000), 10, "there is no image of the right camera"),
+        (str(NS + 900_000_000), 20, 10),
+    ]
+
+
+def test_listed_images_are_paired_by_the_time_in_the_list(tmp_path: Path) -> None:
+    """The right camera's second frame was lost, so that equal names are not of one time."""
+    for camera, times in enumerate(((0, 1, 2), (0, 2))):
+        names = [f"{number:04d}" for number in range(len(times))]
+        write_images(tmp_path / f"cam{camera}" / "data", names)
+        rows = [f"{NS + 10**9 * time},{name}.png" for time, name in zip(times, names, strict=True)]
+        (tmp_path / f"cam{camera}" / "data.csv").write_text("\n".join(rows) + "\n")
+    assert greys(list(read_pairs(tmp_path))) == [
+        ("0000", 0, 0),
+        ("0001", 10, "there is no image of the right camera"),
+        ("0002", 20, 10),
+    ]
+
+
+def test_images_of_other_times_are_no_pairs(tmp_path: Path) -> None:
+    write_images(tmp_path / "cam0", [str(NS)])
+    write_images(tmp_path / "cam1", [str(NS + 2_000_000)])
+    with pytest.raises(InputError, match="no image of the left camera has one of the right camera within 1 ms"):
+        read_pairs(tmp_path)
+
+
 def test_left_and_right_names(tmp_path: Path) -> None:
     write_images(tmp_path, ["left01", "left02", "right01", "right02"], ending=".jpg")
     assert greys(list(read_pairs(tmp_path))) == [("01", 0, 20), ("02", 10, 30)]
@@ -62,14 +98,25 @@ def test_an_image_list(tmp_path: Path) -> None:
     assert "none.png cannot be read" in str(second[2])
 
 
+def write_film(path: Path, rate: float, start: int) -> None:
+    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate, SIZE)
+    assert film.isOpened()
+    for number in range(12):
+        film.write(cv2.cvtColor(image(10 * number + start), cv2.COLOR_GRAY2BGR))
+    film.release()
+
+
 def test_a_film_of_each_camera(tmp_path: Path) -> None:
-    for side, name in enumerate(("left", "right")):
-        film = cv2.VideoWriter(str(tmp_path / f"{name}.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, SIZE)
-        assert film.isOpened()
-        for number in range(12):
-            film.write(cv2.cvtColor(image(10 * number + 100 * side), cv2.COLOR_GRAY2BGR))
-        film.release()
+    write_film(tmp_path / "left.avi", 10.0, 0)
+    write_film(tmp_path / "right.avi", 10.0, 100)
     assert greys(list(read_pairs(tmp_path))) == [("frame 0", 0, 100), ("frame 5", 50, 150), ("frame 10", 100, 200)]
+
+
+def test_films_of_different_rates_are_refused(tmp_path: Path) -> None:
+    write_film(tmp_path / "left.avi", 25.0, 0)
+    write_film(tmp_path / "right.avi", 30.0, 0)
+    with pytest.raises(InputError, match=r"right\.avi: has 30 frames/s but left\.avi has 25"):
+        list(read_pairs(tmp_path))
 
 
 def test_a_damaged_image_costs_its_view_alone(tmp_path: Path) -> None:
@@ -228,6 +275,38 @@ def test_bad_options(
     assert not (tmp_path / "out").exists()
 
 
+def refused(status: Exception) -> Callable[..., None]:
+    def refuse(*_: object) -> None:
+        raise status
+
+    return refuse
+
+
+@pytest.mark.parametrize(
+    ("place", "error"),
+    [
+        ("calibration.calibrate.Core", CoreError(-5, "a lens of no use")),
+        ("cli.calibrate.verdict", ValueError("a lens of no use")),
+    ],
+)
+def test_a_rig_of_no_use_is_refused_in_one_line(
+    place: str,
+    error: Exception,
+    pictures: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module, name = f"rvdnav.{place}".rsplit(".", 1)
+    monkeypatch.setattr(importlib.import_module(module), name, refused(error))
+    assert command(pictures, tmp_path / "out") == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if "note:" not in line]
+    assert len(told) == 1
+    assert told[0].startswith(f"rvdnav: {pictures}: ")
+    assert told[0].endswith("a lens of no use")
+    assert not (tmp_path / "out").exists()
+
+
 def test_pictures_without_a_board(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_images(tmp_path / "in", ["left1", "right1"])
     assert command(tmp_path / "in", tmp_path / "out") == 2
@@ -235,3 +314,26 @@ def test_pictures_without_a_board(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert told[0] == "rvdnav: note: view 1 dropped: the board was not found"
     assert "0 usable views of the chessboard of 7x5 inner corners, where 3 are needed" in told[1]
     assert not (tmp_path / "out").exists()
+
+
+REPORTS = Path(__file__).resolve().parents[3] / "shared" / "cases" / "reports"
+
+
+@pytest.mark.skipif(not REPORTS.is_dir(), reason="the reported pictures are not there")
+@pytest.mark.parametrize(
+    ("name", "used", "dropped"),
+    [
+        ("pairs_one_frame_lost", 7, 6),
+        ("names_by_nanoseconds", 6, 0),
+        ("exif_orientation", 12, 0),
+        ("exif_orientation_portrait", 12, 0),
+    ],
+)
+def test_reported_pictures(
+    name: str, used: int, dropped: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(REPORTS / name, tmp_path / "out") == 0
+    assert f"views: {used} used, {dropped} dropped" in capsys.readouterr().out
+    rig = load_rig(tmp_path / "out")
+    assert rig.baseline == pytest.approx(0.12, abs=1e-4)
+    assert rig.cameras[0].fx == pytest.approx(334.2, abs=0.3)

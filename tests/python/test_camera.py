@@ -86,7 +86,13 @@ def test_pixel_zero_is_a_centre() -> None:
         ({"width": 0}, "width"),
         ({"distortion": [0.0, np.nan, 0.0, 0.0]}, "not finite"),
         ({"distortion": [0.0] * 5}, "shape"),
-        ({"distortion": [-1.5, 0.0, 0.0, 0.0]}, "folds back"),
+        ({"distortion": [-1.5, 0.0, 0.0, 0.0]}, "folds back inside the image: 6[0-9] % of its pixels have no ray"),
+        ({"distortion": [0.0, 0.0, 1e4, 0.0]}, "p1 = 10000"),
+        ({"fx": 1e5}, r"fx = 100000 is not 70.4 to 70400 px"),
+        ({"fy": 1e300}, r"fy = 1e\+300 is not"),
+        ({"fx": 6680.0}, "fx = 6680 and fy = 668"),
+        ({"cx": 5000.0}, "cx = 5000 lies more than 4096 px"),
+        ({"cy": -1e300}, r"cy = -1e\+300"),
     ],
 )
 def test_bad_parameters_are_refused(change: dict[str, object], fault: str) -> None:
@@ -101,6 +107,26 @@ def test_bad_parameters_are_refused(change: dict[str, object], fault: str) -> No
     }
     with pytest.raises(ValueError, match=fault):
         CameraModel(**(values | change))
+
+
+def straight(distorted: float) -> CameraModel:
+    """A lens whose distorted radius grows up to this, px: two thirds of the ideal one's, where k1 = -1 / (3 r²)."""
+    k1 = -4.0 / 27.0 / (distorted / 600.0) ** 2
+    return CameraModel(704, 576, 600.0, 600.0, 351.5, 287.5, [k1, 0.0, 0.0, 0.0])
+
+
+def test_a_fold_outside_the_image_is_no_fault() -> None:
+    corner = float(np.hypot(351.5, 287.5))
+    camera = straight(corner + 0.1)
+    assert camera.pixels_without_ray == 0
+    assert np.isfinite(camera.unproject(np.zeros(2))).all()
+
+
+def test_pixels_beyond_a_fold_have_no_ray() -> None:
+    v, u = np.mgrid[:576, :704]
+    beyond = int((np.hypot(u - 351.5, v - 287.5) > 440.0).sum())
+    assert 100 < beyond < 2000
+    assert straight(440.0).pixels_without_ray == pytest.approx(beyond, rel=0.2)
 
 
 def test_parameters_cannot_change() -> None:

@@ -226,6 +226,8 @@ FAULTS = [
     ("distortion_model: radtan", "distortion_model: fov", "'fov' is not supported"),
     ("camera_model: pinhole", "camera_model: omni", "'omni' is not supported"),
     ("-0.0004]", "-0.0004, 0.01]", "cam0.distortion_coeffs is not a list of 4 numbers"),
+    ("intrinsics: [66.8", "intrinsics: [1.0e+300", "cam0: fx = 1e+300 is not 7 to 7000 px"),
+    ("resolution: [70, 58]", "resolution: [7000, 5800]", "cam0.resolution is 7000 x 5800: a side has 16 to 4096 px"),
     ("[-0.2, 0.06", "[-3.0, 0.06", "cam0: the distortion folds back inside the image"),
     ("resolution: [70, 58]", "resolution: [70, 59]", "resolutions differ"),
     ("resolution: [70, 58]", "resolution: [70.5, 58]", "cam0.resolution is not two whole numbers"),
@@ -370,3 +372,19 @@ def test_malformed_covariance_is_one_clear_line(tmp_path: Path, change: Callable
     path.write_text(yaml.safe_dump(values))
     with pytest.raises(InputError, match=rf"^{path}: calibration_covariance\.{fault}"):
         load_rig(tmp_path)
+
+
+def test_pixels_beyond_a_fold_are_told(tmp_path: Path) -> None:
+    """A public calibration of a 1280 x 720 camera, rounded: one pixel of a corner has no ray."""
+    (tmp_path / "camchain.yaml").write_text(
+        "cam0:\n  camera_model: pinhole\n  distortion_model: radtan\n  resolution: [1280, 720]\n"
+        "  intrinsics: [863.728, 863.222, 637.524, 385.529]\n"
+        "  distortion_coeffs: [0.0885275, -0.225994, -0.000152622, 0.000566247]\n"
+    )
+    notices: list[str] = []
+    rig = load_rig(tmp_path, notices)
+    assert rig.cameras[0].pixels_without_ray == 1
+    assert notices == [
+        "camchain.yaml: cam0: the distortion folds back in the image: about 1 of its pixels have no ray, "
+        "and nothing is measured there"
+    ]

@@ -16,9 +16,11 @@ from rvdnav.calibration.adjustment import Adjustment, StereoModel, adjust
 from rvdnav.calibration.board import Board
 from rvdnav.calibration.detection import BoardNotFoundError, refine
 from rvdnav.calibration.sources import ImagePair
-from rvdnav.calibration.start import mono_errors, start_stereo
+from rvdnav.calibration.start import calibrate_one, relative_pose_errors, start_stereo
 from rvdnav.calibration.stretch import board_stretch
 from rvdnav.calibration.views import Dropped, Progress, View, find_views, select
+from rvdnav.core import Core
+from rvdnav.errors import CoreError
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, world_from_camchain
 
@@ -26,6 +28,9 @@ MIN_VIEWS = 3
 _MISFIT_RATIO = 4.0
 _MISFIT_FLOOR_PX = 0.25
 """A view is dropped whose RMS is this many times the views' median, and above the floor."""
+_ONE_RIG_SHARE = 0.01
+"""A view belongs to a rig if it fits the relative pose of the cameras in another one to this share of the image's
+diagonal (RMS)."""
 _OUTLIER = 6.0
 """A corner is dropped whose residual exceeds this many (robust) standard deviations."""
 
@@ -66,13 +71,16 @@ def calibrate(pairs: Iterable[ImagePair], board: Board, progress: Progress = lam
         views = select(search.views, dropped)
         _require(views, board)
         for camera in range(2):
-            views = _without_misfits(views, partial(mono_errors, board=board, camera=camera), dropped)
+            views = _without_misfits(views, partial(_mono_errors, board=board, camera=camera), dropped)
+        views = _of_one_rig(views, board, dropped)
         views = _without_misfits(views, lambda left: start_stereo(left, board)[1], dropped)
         adjustment, views, _ = _adjusted(start_stereo(views, board)[0], views, board, dropped)
         model, views = _measured_again(adjustment.model, views, board, dropped)
         adjustment, views, uv = _adjusted(model, views, board, dropped)
         rig = _rig(adjustment)
         stretch, sigma_stretch = board_stretch(adjustment, board.points, uv)
+    except np.linalg.LinAlgError as error:
+        raise CalibrationError("the views do not determine the rig", dropped) from error
     except ValueError as error:
         raise CalibrationError(str(error), dropped) from error
     return Calibration(board, rig, adjustment, tuple(views), uv, tuple(dropped), stretch, sigma_stretch)
@@ -81,6 +89,35 @@ def calibrate(pairs: Iterable[ImagePair], board: Board, progress: Progress = lam
 def _require(views: list[View], board: Board) -> None:
     if len(views) < MIN_VIEWS:
         raise ValueError(f"{len(views)} usable views of the {board}, where {MIN_VIEWS} are needed")
+
+
+def _mono_errors(views: list[View], board: Board, camera: int) -> FloatArray:
+    return calibrate_one(views, board, camera).errors
+
+
+def _of_one_rig(views: list[View], board: Board, dropped: list[Dropped]) -> list[View]:
+    """The views that show the cameras in one relative pose, which more than half of them must.
+
+    The relative pose is taken from the view that most agree with (P. J. Rousseeuw, "Least median of squares
+    regression", 1984): a camera that lost a frame gives many pairs that do not belong together, and a fit over all of
+    them would be anything.
+    """
+    errors = relative_pose_errors(views, board)
+    median = np.sort(errors, axis=1)[:, len(views) // 2]
+    fits = errors[np.argmin(median)]
+    height, width = views[0].images[0].shape
+    limit = _ONE_RIG_SHARE * float(np.hypot(width, height))
+    agree = fits <= limit
+    if not agree.sum() > len(views) / 2:
+        raise ValueError(
+            f"the left and the right pictures do not fit one rig ({agree.sum()} of {len(views)} views at most agree on "
+            "how the cameras stand to each other); do they belong together?"
+        )
+    usual = fits[agree]
+    dropped += [_misfitting(view, error, usual) for view, error in zip(views, fits, strict=True) if error > limit]
+    views = [view for view, good in zip(views, agree, strict=True) if good]
+    _require(views, board)
+    return views
 
 
 def _without_misfits(
@@ -160,6 +197,8 @@ def _measured_again(
 def _rig(adjustment: Adjustment) -> Rig:
     model = adjustment.model
     try:
-        return Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
-    except ValueError as error:
+        rig = Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
+        Core(rig)  # what the navigator would refuse is no result
+        return rig
+    except (ValueError, CoreError) as error:
         raise ValueError(f"the views give no usable rig: {error}") from error

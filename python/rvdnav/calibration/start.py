@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import attrs
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,13 +21,14 @@ _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
 _Points = list[NDArray[np.float32]]
 
 
-def mono_errors(views: Sequence[View], board: Board, camera: int) -> FloatArray:
-    """RMS reprojection error (v,), px, of each view in a calibration of one camera by itself.
+@attrs.frozen(eq=False)
+class MonoCalibration:
+    """One camera by itself: K (3, 3), distortion (5,), each view's RMS error (v,), px, and T_cam_board (v, 4, 4)."""
 
-    Raises ValueError where the views do not determine the camera.
-    """
-    errors: FloatArray = _calibrate_one(views, board, camera)[2]
-    return errors
+    K: FloatArray
+    distortion: FloatArray
+    errors: FloatArray
+    T_cam_board: FloatArray
 
 
 def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, FloatArray]:
@@ -34,7 +36,7 @@ def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, Floa
 
     Raises ValueError where the views do not determine it.
     """
-    (K_0, d_0, _), (K_1, d_1, _) = (_calibrate_one(views, board, camera) for camera in range(2))
+    left, right = (calibrate_one(views, board, camera) for camera in range(2))
     seen = [_seen(view.uv[0]) & _seen(view.uv[1]) for view in views]
     size = _size(views)
     try:
@@ -43,10 +45,10 @@ def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, Floa
             _object_points(board, seen),
             _image_points(views, 0, seen),
             _image_points(views, 1, seen),
-            K_0,
-            d_0,
-            K_1,
-            d_1,
+            left.K,
+            left.distortion,
+            right.K,
+            right.distortion,
             size,
             np.eye(3),
             np.zeros(3),
@@ -57,18 +59,18 @@ def start_stereo(views: Sequence[View], board: Board) -> tuple[StereoModel, Floa
         raise ValueError("the views do not determine the rig") from error
     poses = [_transform(r, p) for r, p in zip(rotations, translations, strict=True)]
     model = StereoModel(
-        cameras=(_camera(size, K_0, d_0), _camera(size, K_1, d_1)),
+        cameras=(_camera(size, left), _camera(size, right)),
         T_cam1_cam0=_transform(R, t),
         T_cam0_board=np.stack(poses),
     )
     return model, np.max(errors, axis=1)
 
 
-def _calibrate_one(views: Sequence[View], board: Board, camera: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Intrinsic matrix (3, 3), distortion and each view's error (v,) of one camera."""
+def calibrate_one(views: Sequence[View], board: Board, camera: int) -> MonoCalibration:
+    """One camera of the rig by Zhang's method.  Raises ValueError where the views do not determine it."""
     seen = [_seen(view.uv[camera]) for view in views]
     try:
-        _, K, distortion, _, _, _, _, errors = cv2.calibrateCameraExtended(
+        _, K, distortion, rotations, translations, _, _, errors = cv2.calibrateCameraExtended(
             _object_points(board, seen),
             _image_points(views, camera, seen),
             _size(views),
@@ -78,7 +80,33 @@ def _calibrate_one(views: Sequence[View], board: Board, camera: int) -> tuple[Fl
         )
     except cv2.error as error:
         raise ValueError("the views do not determine the cameras") from error
-    return np.asarray(K, np.float64), np.asarray(distortion, np.float64), np.asarray(errors, np.float64).ravel()
+    return MonoCalibration(
+        K=np.asarray(K, np.float64),
+        distortion=np.asarray(distortion, np.float64).ravel(),
+        errors=np.asarray(errors, np.float64).ravel(),
+        T_cam_board=np.stack([_transform(r, t) for r, t in zip(rotations, translations, strict=True)]),
+    )
+
+
+def relative_pose_errors(views: Sequence[View], board: Board) -> FloatArray:
+    """How well each view's corners fit the relative pose of the cameras in each other view (v, v), RMS px.
+
+    Row i takes T_cam1_cam0 from view i alone; column j is the error of view j's corners when its board is carried by
+    that from one camera to the other, the way that fits better, since a camera that sees a board square on may mistake
+    its tilt.  Raises ValueError where the views do not determine the cameras.
+    """
+    mono = [calibrate_one(views, board, camera) for camera in range(2)]
+    to_right = mono[1].T_cam_board @ np.linalg.inv(mono[0].T_cam_board)
+    errors = []
+    for camera, carry in ((1, to_right), (0, np.linalg.inv(to_right))):
+        carried = carry[:, None] @ mono[1 - camera].T_cam_board  # (v, v, 4, 4)
+        points = board.points @ np.swapaxes(carried[..., :3, :3], -1, -2) + carried[..., None, :3, 3]
+        own = mono[camera]
+        flat, _ = cv2.projectPoints(points.reshape(-1, 3), np.zeros(3), np.zeros(3), own.K, own.distortion)
+        distances = np.linalg.norm(flat.reshape(*points.shape[:3], 2) - [view.uv[camera] for view in views], axis=-1)
+        behind = (points[..., 2] <= 0.0).any(axis=-1)
+        errors.append(np.where(behind, np.inf, np.sqrt(np.nanmean(distances**2, axis=-1))))
+    return np.minimum(*errors)
 
 
 def _seen(uv: FloatArray) -> BoolArray:
@@ -98,9 +126,10 @@ def _size(views: Sequence[View]) -> tuple[int, int]:
     return width, height
 
 
-def _camera(size: tuple[int, int], K: FloatArray, distortion: FloatArray) -> CameraModel:
+def _camera(size: tuple[int, int], mono: MonoCalibration) -> CameraModel:
+    K = mono.K
     try:
-        return CameraModel(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], np.ravel(distortion)[:4])
+        return CameraModel(*size, K[0, 0], K[1, 1], K[0, 2], K[1, 2], mono.distortion[:4])
     except ValueError as error:
         raise ValueError(
             f"the views do not determine the lens ({error}); show the board in the image's corners"

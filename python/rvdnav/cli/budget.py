@@ -22,7 +22,7 @@ from rvdnav.budget.rows import (
     improvement_grid,
     verdict,
 )
-from rvdnav.cli.terminal import console, progress_bars
+from rvdnav.cli.terminal import console, print_note, progress_bars
 from rvdnav.errors import InputError
 from rvdnav.output import staged_directory
 from rvdnav.rig import CAMCHAIN, RIG, load_rig
@@ -54,22 +54,28 @@ def budget(
     if not 0.0 < detail < math.inf:
         raise InputError(f"--at {detail:g}: not a range")
     folder = _folder(path)
-    rig = load_rig(folder)
+    notices: list[str] = []
+    rig = load_rig(folder, notices)
+    for notice in notices:
+        print_note(notice)
     known = load_target(folder / _TARGET if target is None else target)
     with staged_directory(out) as staging:
-        with progress_bars() as tell:
-            result = draw_up(
-                folder.resolve().name,
-                rig,
-                known,
-                assumptions,
-                ranges=distances,
-                angles=[math.radians(angle) for angle in degrees],
-                at=detail,
-                requirements=wanted,
-                checked=checked,
-                drawn=partial(tell, "Monte Carlo"),
-            )
+        try:
+            with progress_bars() as tell:
+                result = draw_up(
+                    folder.resolve().name,
+                    rig,
+                    known,
+                    assumptions,
+                    ranges=distances,
+                    angles=[math.radians(angle) for angle in degrees],
+                    at=detail,
+                    requirements=wanted,
+                    checked=checked,
+                    drawn=partial(tell, "Monte Carlo"),
+                )
+        except ValueError as error:  # a lens that folds back as soon as its calibration errs a little
+            raise InputError(f"{path}: no budget can be drawn up: {error}") from error
         write_budget(staging / "budget.html", result)
     _print(result)
     console.print(f"report: {out / 'budget.html'}", soft_wrap=True)

@@ -15,7 +15,7 @@ from rvdnav.calibration.board import parse_corners, parse_length
 from rvdnav.calibration.opencv_file import OPENCV_FILE, save_opencv
 from rvdnav.calibration.page import verdict, verdict_sentence, write_calibration
 from rvdnav.cli.terminal import console, errors, print_note
-from rvdnav.errors import InputError
+from rvdnav.errors import InputError, one_line
 from rvdnav.output import staged_directory
 from rvdnav.rig import save_rig
 
@@ -55,11 +55,14 @@ def calibrate_folder(
         _check_baseline(path, calibration, expected)
     for notice in notices + _notices(calibration):
         print_note(notice)
+    try:
+        judged = verdict(calibration)
+    except ValueError as error:  # a lens about to fold, for example
+        raise InputError(f"{path}: nothing can be said of what the rig is worth: {error}") from error
     with staged_directory(out) as staging:
         save_rig(calibration.rig, staging)
         save_opencv(calibration.rig, staging / OPENCV_FILE)
-        judged = verdict(calibration)
-        write_calibration(staging / REPORT, path.resolve().name, calibration, judged)
+        write_calibration(staging / REPORT, one_line(path.resolve().name), calibration, judged)
     _print_result(calibration)
     console.print(verdict_sentence(calibration, judged), soft_wrap=True)
     for view in judged.suggested[:1]:

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from rvdnav.calibration.check import RigCheck, check_rig
 from rvdnav.cli.terminal import console
+from rvdnav.errors import CoreError, InputError
 from rvdnav.sequence import open_sequence
 
 
@@ -17,7 +18,11 @@ def check(path: Path) -> int:
 
     Raises InputError.
     """
-    result = check_rig(open_sequence(path))
+    sequence = open_sequence(path)
+    try:
+        result = check_rig(sequence)
+    except (ValueError, CoreError) as error:
+        raise InputError(f"{path}: its rig cannot be checked: {error}") from error
     _print(result)
     return 1 if result.due else 0
 

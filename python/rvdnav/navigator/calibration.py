@@ -13,13 +13,15 @@ from numpy.polynomial.chebyshev import chebvander2d
 
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
-from rvdnav.pose.arrays import FloatArray, IntArray
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig, calibration_steps
 
 # Nodes over the raw image, along and down, from which the shifts are taken, and the degree of their polynomials.
 _NODES = (24, 20)
 _DEGREE = (11, 11)
 _POINTS_PER_LINE = 16
+_MAX_STRETCH = 4.0
+"""Of rectified by raw pixels (Frobenius norm; 1.4 without a lens), in a lens that folds back within the image."""
 
 
 @frozen(eq=False)
@@ -42,16 +44,15 @@ class CalibrationEffect:
         nodes = [np.cos(np.pi * (np.arange(count) + 0.5) / count) for count in _NODES]
         place = np.stack(np.meshgrid(*nodes), axis=-1).reshape(-1, 2)
         uv = 0.5 * (place + 1.0) * _last_pixel(rig)
-        # At these nodes the polynomials are orthogonal to each other, so that the fit is a sum.
         basis = _basis(place)
-        coefficients = (basis / np.square(basis).sum(axis=0)).T
+        regular = [_regular(rig, i, uv) for i in range(len(rig.cameras))]
         steps = calibration_steps(len(rig.cameras))
         cameras = range(len(rig.cameras))
         shift, focal, centers = [], [], []
         for delta, span in zip(np.diag(steps), 2.0 * steps, strict=True):
             above, below = rig.perturbed(delta), rig.perturbed(-delta)
             moved = [(above.raw_to_rect(i, uv) - below.raw_to_rect(i, uv)) / span for i in cameras]
-            shift.append([coefficients @ xy for xy in moved])
+            shift.append([_fitted(basis, xy, clear) for xy, clear in zip(moved, regular, strict=True)])
             focal.append((above.focal_rect - below.focal_rect) / span)
             centers.append([(above.T_world_cam[i][:3, 3] - below.T_world_cam[i][:3, 3]) / span for i in cameras])
         return cls(rig, np.moveaxis(np.array(shift), 0, -1), np.array(focal), np.moveaxis(np.array(centers), 0, -1))
@@ -74,7 +75,9 @@ class CalibrationEffect:
         xy (k, 2): left rectified points, px; disparity (k,), px: predicted.
         """
         right = xy - np.column_stack([disparity, np.zeros(len(xy))])
-        moved = [self._point_shift(np.array([camera]), points[None])[0][0, :, 0] for camera, points in enumerate((xy, right))]
+        moved = [
+            self._point_shift(np.array([camera]), points[None])[0][0, :, 0] for camera, points in enumerate((xy, right))
+        ]
         apart = self.centers[0, 2] - self.centers[1, 2]
         by_rig = self.focal / self.rig.focal_rect + apart / self.rig.baseline
         derivatives: FloatArray = moved[0] - moved[1] - disparity[:, None] * by_rig
@@ -135,6 +138,23 @@ class CalibrationEffect:
             on_image[chosen] = (np.abs(place) <= 1.0).all(axis=-1)
             shift[chosen] = np.tensordot(_basis(np.clip(np.nan_to_num(place), -1.0, 1.0)), coefficients, 1)
         return shift, on_image
+
+
+def _regular(rig: Rig, camera: int, uv: FloatArray) -> BoolArray:
+    """The nodes uv (n, 2) to fit polynomials through: all, or, where the lens folds back inside the image, those that
+    lie clear of the fold, near which the shifts are without bounds."""
+    if not rig.cameras[camera].pixels_without_ray:
+        return np.ones(len(uv), dtype=np.bool_)
+    sides = [rig.raw_to_rect(camera, uv + step) - rig.raw_to_rect(camera, uv - step) for step in 0.5 * np.eye(2)]
+    clear: BoolArray = np.linalg.norm(sides, axis=(0, 2)) < _MAX_STRETCH
+    return clear
+
+
+def _fitted(basis: FloatArray, shift: FloatArray, regular: BoolArray) -> FloatArray:
+    """Coefficients (m, 2) of the shifts (n, 2) at the nodes."""
+    if regular.all():  # the polynomials are orthogonal to each other at the nodes, so that the fit is a sum
+        return np.asarray((basis / np.square(basis).sum(axis=0)).T @ shift)
+    return np.asarray(np.linalg.lstsq(basis[regular], shift[regular], rcond=None)[0])
 
 
 def _last_pixel(rig: Rig) -> FloatArray:

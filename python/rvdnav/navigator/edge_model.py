@@ -17,8 +17,8 @@ from rvdnav.target import Target
 class EdgeModel:
     """A target's straight edges in the capture frame C.
 
-    names (m,).  points (k, 3): the edges' ends, m; point_sigmas (k,): to which each coordinate is known, m.  ends (m, 2):
-    numbers of an edge's two points.  bracket: the four-bar bracket whose front edges they are, in the order of
+    names (m,).  points (k, 3): the edges' ends, m; point_sigmas (k,): to which each coordinate is known, m.  ends (m,
+    2): numbers of an edge's two points.  bracket: the four-bar bracket whose front edges they are, in the order of
     `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
     """
 
@@ -51,8 +51,8 @@ class EdgeModel:
         """Where on its edge (n,) each of points (n, 2, 3) lies, (n, 2): 0 at the first end, 1 at the second."""
         start, end = self.edge_points[edge, 0], self.edge_points[edge, 1]
         along = end - start
-        part: FloatArray = np.einsum("nki,ni->nk", points - start[:, None], along)
-        return part / np.einsum("ni,ni->n", along, along)[:, None]
+        part = np.einsum("nki,ni->nk", points - start[:, None], along)
+        return np.asarray(part / np.einsum("ni,ni->n", along, along)[:, None], np.float64)
 
     def __len__(self) -> int:
         return len(self.names)

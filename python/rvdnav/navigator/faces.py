@@ -42,9 +42,10 @@ def _bar_widths(xy: FloatArray) -> FloatArray:
 
 def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) -> FloatArray:
     """(cameras, edges) blur, px, that the agreeing samples (n,) show: of an edge the median of its own, for motion
-    blurs along itself alone; of one with few the median of its view; the expected (cameras, edges) where there are none.
+    blurs along itself alone; of one with few the median of its view; the expected (cameras, edges) where there are
+    none.
     """
-    blur = expected.copy()
+    blur: FloatArray = expected.copy()
     for camera in range(len(blur)):
         chosen = agreeing & (sampled.camera == camera)
         if not chosen.any():

@@ -70,10 +70,15 @@ class Knowledge:
     @property
     def lasting(self) -> int:
         """How many parameters are the same in all frames."""
-        return len(self._point_sigma) + self._directions.shape[1]
+        return len(self._point_sigma) + int(self._directions.shape[1])
 
     def systematics(
-        self, T_world_target: FloatArray, lines: LineMeasurements, polarity: IntArray, blur: FloatArray, learned: Learned
+        self,
+        T_world_target: FloatArray,
+        lines: LineMeasurements,
+        polarity: IntArray,
+        blur: FloatArray,
+        learned: Learned,
     ) -> Systematics:
         """Of lines near a pose (4, 4); polarity (n,): +1 brighter towards a line's normal, -1 darker, 0 unknown.
 
@@ -81,7 +86,9 @@ class Knowledge:
         Raises PoseError for an edge that is not in front of its camera.
         """
         steps = np.zeros((len(lines), 2, self._views))
-        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera, lines.edge] * polarity)[:, None]
+        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera, lines.edge] * polarity)[
+            :, None
+        ]
         derivative = np.concatenate([self.derivative(T_world_target, lines), steps], axis=2)
         return self._systematics(derivative, learned)
 
@@ -121,11 +128,14 @@ class Knowledge:
 
     def edge_offsets(self, T_world_target: FloatArray, z: FloatArray) -> FloatArray:
         """How far (cameras, edges, 2), px, the ends of the edges are seen beside their projections, towards the normal
-        (-dy, dx), with lasting parameters z (p,).  Raises PoseError for a target that is not in front of the cameras."""
+        (-dy, dx), with lasting parameters z (p,).  Raises PoseError for a target that is not in front of the
+        cameras."""
         count, views = len(self._model), self._views
         if not z.any():
             return np.zeros((views, count, 2))
-        xy = np.stack([project_edges(self._cameras, k, T_world_target, self._model.edge_points)[0] for k in range(views)])
+        xy = np.stack(
+            [project_edges(self._cameras, k, T_world_target, self._model.edge_points)[0] for k in range(views)]
+        )
         span = xy[:, :, 1] - xy[:, :, 0]
         theta = np.arctan2(span[..., 0], -span[..., 1]).ravel()
         rho = (np.cos(theta) * xy[:, :, 0, 0].ravel()) + (np.sin(theta) * xy[:, :, 0, 1].ravel())
@@ -152,7 +162,8 @@ class Knowledge:
         return derivatives @ pose.z[own], np.sqrt(np.einsum("ki,ij,kj->k", derivatives, covariance, derivatives))
 
     def common_covariance(self, pose: RefinedPose) -> FloatArray:
-        """(6, 6) by what errs in all points alike, as where their lengths were measured from one end: no line shows it."""
+        """(6, 6) by what errs in all points alike, as where their lengths were measured from one end: no line shows
+        it."""
         covariance = np.zeros((6, 6))
         if len(self._point_sigma) > 0:
             variance = float(np.mean(self._point_sigma**2)) * pose.scales[TARGET] ** 2

@@ -59,7 +59,8 @@ _STRAIGHT_PX = 0.7
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.2
 _PRINTED_SIGMA = 1.5
-# Up to this multiple of the configured blur a step is sharp; beyond, by which part of the rest the blur may displace it.
+# Up to this multiple of the configured blur a step is sharp; beyond, by which part of the rest the blur may displace
+# it.
 _SHARP = 1.5
 _BLUR_SIGMA = 0.1
 # How far what slopes beside an edge have moved it may be wrong, as a part of it.
@@ -181,8 +182,8 @@ def measure(
     either = np.zeros_like(polarity)
     settled = False
     for number in range(_MAX_ROUNDS):
-        # At first only the blur is known; then the pose is near enough to tell the edges' two sides, if the blur doesn't
-        # mix them anyway.
+        # At first only the blur is known; then the pose is near enough to tell the edges' two sides, if the blur
+        # doesn't mix them anyway.
         sided = number > 0 or float(np.median(blur)) > _MIXING_BLUR_PX
         beside = Surroundings(face_widths(cameras, T, model) if sided else unknown, blur)
         offsets = knowledge.edge_offsets(T, z[: knowledge.lasting])

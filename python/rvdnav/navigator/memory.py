@@ -22,8 +22,8 @@ class Memory:
     `Measurement.polarity`.  image_digests: of each camera's last image, None where there was none.  held_odds: while
     one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
     lasting_part (6, 6): of the last published covariance, what errs alike in all frames.  initial_pose (4, 4): given
-    by the caller, until a pose is published or the target lost.  learned: of the lasting errors of target and rig.  sizes: of a target of unknown size, None before
-    it was first seen.
+    by the caller, until a pose is published or the target lost.  learned: of the lasting errors of target and rig.
+    sizes: of a target of unknown size, None before it was first seen.
     """
 
     state: State
@@ -46,8 +46,8 @@ class Memory:
         return cls(State.SEARCHING, None, None, 0, unknown, (None,) * cameras, np.zeros((6, 6)), learned)
 
     def check_fits(self, cameras: int, edges: int, lasting: int) -> None:
-        """Raise ValueError unless its arrays are those of a navigator with so many cameras, edges and lasting parameters,
-        and finite."""
+        """Raise ValueError unless its arrays are those of a navigator with so many cameras, edges and lasting
+        parameters, and finite."""
         blank = Memory.blank(cameras, edges, lasting)
         if self.polarity.shape != blank.polarity.shape or len(self.image_digests) != cameras:
             raise ValueError("is of another number of cameras or edges")

@@ -72,7 +72,9 @@ class Navigator:
         self._surveyor = self._sizing or Surveyor(core, rig, model, self._knowledge, self._settings)
         self._filter = ConstantVelocityFilter()
         given = None if initial_pose is None else checked_pose(initial_pose, model, rectified_cameras(rig))
-        self._memory = attrs.evolve(Memory.blank(len(rig.cameras), len(model), self._knowledge.lasting), initial_pose=given)
+        self._memory = attrs.evolve(
+            Memory.blank(len(rig.cameras), len(model), self._knowledge.lasting), initial_pose=given
+        )
 
     @property
     def memory(self) -> Memory:

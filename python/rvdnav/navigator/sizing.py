@@ -82,9 +82,7 @@ class SizingSurveyor:
         symmetric: FloatArray = 0.5 * (part + part.T)
         return symmetric
 
-    def track(
-        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
-    ) -> Attempt | None:
+    def track(self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]) -> Attempt | None:
         """As `Surveyor.track`; None too where the size isn't known well enough for the images that there are."""
         if self.sizes is None or not self._enough(images):
             return None
@@ -117,7 +115,10 @@ class SizingSurveyor:
         if self._built is None or self._built[0] != key:
             target = self._target.resized(shape)
             self._known.set_target(target)
-            self._built = key, Surveyor(self._known, self._rig, edge_model(target).exact, self._knowledge, self._settings)
+            self._built = (
+                key,
+                Surveyor(self._known, self._rig, edge_model(target).exact, self._knowledge, self._settings),
+            )
         return self._built[1]
 
     def _taught(self, attempt: Attempt) -> Attempt:
@@ -157,7 +158,9 @@ class SizingSurveyor:
         gate = (config.range_min, config.range_max)
         candidates = bracket_candidates(left, right, self._cameras, self._rig.baseline, gate)
         lap(times, "bar frames", start)
-        measured = [self._measured(candidate, images, learned, times) for candidate in candidates.brackets[:_MAX_MEASURED]]
+        measured = [
+            self._measured(candidate, images, learned, times) for candidate in candidates.brackets[:_MAX_MEASURED]
+        ]
         passed = [attempt for attempt in measured if attempt is not None and attempt.passed]
         if not passed:
             reasons = {Reason.LIMIT} if frame.limits or candidates.cut else set()

@@ -54,9 +54,7 @@ class Surveyor:
         self._settings = settings
         self._cameras = rectified_cameras(rig)
 
-    def track(
-        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
-    ) -> Attempt | None:
+    def track(self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]) -> Attempt | None:
         """The edges sought where they are expected; None where that says too little."""
         if self._model.bracket is None:
             return self._track_any(images, expected, learned, times)
@@ -93,9 +91,7 @@ class Surveyor:
         expected = None if prediction is None else Expectation(prediction, self._unknown_polarity(), None)
         return self._refine(frame, images, bracket.T_world_target, expected, learned, times)
 
-    def _track_any(
-        self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]
-    ) -> Attempt:
+    def _track_any(self, images: Images, expected: Expectation, learned: Learned, times: dict[str, float]) -> Attempt:
         """A target of any number of edges, each of which may be one of several lines."""
         views = see(self._core, images, times)
         try:

@@ -164,7 +164,8 @@ def _prior_cost(prior: Prior[Estimate] | None, estimate: Estimate) -> float:
 
 @frozen(eq=False)
 class _System:
-    """Normal equations of which the last q parameters, those with a prior, are eliminated first: it makes them definite.
+    """Normal equations of which the last q parameters, those with a prior, are eliminated first: it makes them
+    definite.
 
     units (f,): of the free parameters, in which what remains of the normal matrix has a unit diagonal; its eigenvalues
     and -vectors there.  known (q, q): the inverse of the eliminated block.  mixed (q, f): that times the mixed block.
@@ -182,7 +183,7 @@ class _System:
         """Raises PoseError if what remains is singular or nearly so."""
         free = len(normal_matrix) - last
         A, B, C = normal_matrix[:free, :free], normal_matrix[free:, :free], normal_matrix[free:, free:]
-        known = np.linalg.inv(C) if last else C
+        known: FloatArray = np.asarray(np.linalg.inv(C) if last else C, np.float64)
         mixed = known @ B
         reduced = A - B.T @ mixed
         diagonal = np.diagonal(reduced)

@@ -65,7 +65,8 @@ def unit_weight(solution: GaussNewtonSolution[Any]) -> tuple[float, float]:
     """omega² = sum(w² |r|²) / (c² (2 sum(w) - p)), but at least 1, and sigma0, the root of sum(w |r|²) / (2 sum(w) -
     p), over the whitened residuals r of p parameters.
 
-    Of parameters with a prior p counts the part that the blocks determine.  The loss's response c undoes the shrinking by robust weights (Huber and Ronchetti, 2009, chapter 7).
+    Of parameters with a prior p counts the part that the blocks determine.  The loss's response c undoes the shrinking
+    by robust weights (Huber and Ronchetti, 2009, chapter 7).
     """
     w, freedom = solution.weights, redundancy(solution.weights, determined_parameters(solution))
     squares = np.einsum("nd,nd->n", solution.residuals, solution.residuals)

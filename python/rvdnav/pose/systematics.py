@@ -1,8 +1,8 @@
 """Errors that the lines of a frame share: of the target's points, of the calibration, of the image's steps.
 
-They are parameters z beside the pose T: to first order the residuals are r(T) + G z.  Of each group of them its standard
-deviation is known before, as a unit; the lines tell the rest, and whether the whole group errs by more or less than was
-said (D. J. C. MacKay, "Bayesian interpolation", 1992: the evidence for a scale).
+They are parameters z beside the pose T: to first order the residuals are r(T) + G z.  Of each group of them its
+standard deviation is known before, as a unit; the lines tell the rest, and whether the whole group errs by more or less
+than was said (D. J. C. MacKay, "Bayesian interpolation", 1992: the evidence for a scale).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, frozen
 
-from rvdnav.pose.arrays import FloatArray, IntArray, float_array
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray, float_array
 from rvdnav.pose.gauss_newton import GaussNewtonSolution
 
 # Scales of a group, of what was stated of it: below the least it counts as exact, above the largest as wrong.
@@ -37,9 +37,9 @@ def _derivative(values: Any) -> FloatArray:
 class Systematics:
     """What is known of parameters z (p,), each with unit standard deviation as stated.
 
-    derivative (n, 2, p), px: of the lines' residuals.  groups: in the order of the parameters.  scales (groups,): of the
-    stated standard deviations.  information (p, p), vector (p,): what earlier frames told, the vector as information
-    times mean.
+    derivative (n, 2, p), px: of the lines' residuals.  groups: in the order of the parameters.  scales (groups,): of
+    the stated standard deviations.  information (p, p), vector (p,): what earlier frames told, the vector as
+    information times mean.
     """
 
     derivative: FloatArray = field(converter=_derivative)
@@ -80,8 +80,7 @@ class Systematics:
     @property
     def mean(self) -> FloatArray:
         """(p,) expected by these."""
-        mean: FloatArray = np.linalg.solve(self.prior_information, self.vector)
-        return mean
+        return np.asarray(np.linalg.solve(self.prior_information, self.vector), np.float64)
 
     def rescaled(self, z: FloatArray, covariance: FloatArray) -> Systematics:
         """With the scales at which the groups' squares are those of their well-determined parameters.
@@ -101,8 +100,8 @@ class Systematics:
 
 @frozen(eq=False)
 class JointInformation:
-    """What a frame's lines tell of pose and parameters: information (6 + p, 6 + p) and gradient (6 + p,) at the estimate
-    of the parameters z (p,), without any prior."""
+    """What a frame's lines tell of pose and parameters: information (6 + p, 6 + p) and gradient (6 + p,) at the
+    estimate of the parameters z (p,), without any prior."""
 
     information: FloatArray
     gradient: FloatArray
@@ -115,7 +114,7 @@ class JointInformation:
         weighted = J * np.repeat(solution.weights, 2)[:, None] / variance
         return cls(weighted.T @ J, weighted.T @ solution.residuals.ravel(), z)
 
-    def of_parameters(self, wanted: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def of_parameters(self, wanted: BoolArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Information (k, k) and vector (k,), information times mean, of the wanted parameters (p,) bool alone.
 
         prior (p,): inverse variances of the others, whatever they and the pose are.

@@ -28,6 +28,10 @@ _EXACT = "exact"
 _CAMERA_KEYS = ("camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1")
 _OTHERS_KEYS = ("rostopic", "cam_overlaps", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu", "line_delay")
 """What Kalibr and those who read its files write besides; no concern of ours."""
+# What the core takes: sides of an image; rectified pixels from the principal point, and from where they were.  px
+_SIDE = (16, 4096)
+_REACH = 8191.0
+_SHIFT = 4095.0
 _DURATIONS = ("exposure_ns", "line_delay_ns", "field_delay_ns")
 
 
@@ -50,6 +54,13 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     if notices is not None:
         notices += [f"{CAMCHAIN}: {key} is not known and not read" for key in map(one_line, unknown)]
     cameras = [_read_camera(chain.section(name)) for name in names]
+    if notices is not None:
+        notices += [
+            f"{CAMCHAIN}: {name}: the distortion folds back in the image: about {camera.pixels_without_ray} of its "
+            "pixels have no ray, and nothing is measured there"
+            for name, camera in zip(names, cameras, strict=True)
+            if camera.pixels_without_ray
+        ]
     derived: tuple[FloatArray, ...] = (np.eye(4),)
     if len(cameras) == 2:
         T_cam1_cam0 = _read_transform(chain.section("cam1"), "T_cn_cnm1")
@@ -59,13 +70,14 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
         except ValueError as error:
             raise InputError(f"{chain.path}: {error}") from error
     if not (chain.path.parent / RIG).exists():
-        return Rig(cameras, derived)
+        return _within_reach(chain.path, Rig(cameras, derived))
     placed = read_yaml(chain.path.parent / RIG)
     placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE, "scan", *_DURATIONS)
     T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
     if len(cameras) == 2:
         _check_agreement(placed.path, T_world_cam, derived)
-    return _with_timing(_with_covariance(Rig(cameras, T_world_cam), placed), placed)
+    rig = _within_reach(placed.path, Rig(cameras, T_world_cam))
+    return _with_timing(_with_covariance(rig, placed), placed)
 
 
 def _read_camera(section: Section) -> CameraModel:
@@ -75,12 +87,29 @@ def _read_camera(section: Section) -> CameraModel:
     width, height = section.numbers("resolution", 2)
     if width != int(width) or height != int(height):
         raise section.fault("resolution", "is not two whole numbers")
+    if not all(_SIDE[0] <= side <= _SIDE[1] for side in (width, height)):
+        raise section.fault("resolution", f"is {width:g} x {height:g}: a side has {_SIDE[0]} to {_SIDE[1]} px")
     fx, fy, cx, cy = section.numbers("intrinsics", 4).tolist()
     distortion = section.numbers("distortion_coeffs", 4)
     try:
         return CameraModel(int(width), int(height), fx, fy, cx, cy, distortion)
     except ValueError as error:
         raise InputError(f"{section.path}: {section.prefix[:-1]}: {error}") from error
+
+
+def _within_reach(path: Path, rig: Rig) -> Rig:
+    """The rig, if the core can rectify its images."""
+    middle = 0.5 * np.array([rig.width - 1, rig.height - 1])
+    corners = middle * (1.0 + np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]))
+    for index in range(len(rig.cameras)):
+        rectified = rig.raw_to_rect(index, corners)
+        for far, most in ((np.hypot(*rectified.T), _REACH), (np.abs(rectified - (corners - middle)), _SHIFT)):
+            if (far > most).any():
+                raise InputError(
+                    f"{path}: cam{index}: rectification takes a corner of the image {np.nanmax(far):.0f} px away, "
+                    f"more than {most:g}: it looks too far aside or its distortion is too strong"
+                )
+    return rig
 
 
 def _read_transform(section: Section, key: str) -> FloatArray:
