@@ -118,7 +118,8 @@ def check_rigid(values: ArrayLike) -> None:
     if not np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)):
         raise ValueError("the last row is not 0 0 0 1")
     R = T[:3, :3]
-    deviation = float(np.abs(R @ R.T - np.eye(3)).max())
+    with np.errstate(over="ignore", invalid="ignore"):
+        deviation = float(np.abs(R @ R.T - np.eye(3)).max())
     if not deviation <= ROTATION_TOLERANCE:
         raise ValueError(f"the rotation is none: R Rᵀ differs from the identity by {deviation:.1e}")
     if np.linalg.det(R) < 0.0:

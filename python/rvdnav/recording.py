@@ -59,7 +59,7 @@ def list_images(camera: Path, notices: list[str]) -> list[Entry]:
         return _video_frames(videos[0])
     if not camera.is_dir():
         return []
-    entries = _read_index(camera) if (camera / "data.csv").exists() else _read_names(camera)
+    entries = _read_index(camera) if os.path.lexists(camera / "data.csv") else _read_names(camera)
     if not entries:
         raise InputError(f"{camera}: holds no images: no row in data.csv, or no data/<timestamp in ns>.png without it")
     entries = sorted(entries, key=lambda entry: entry.timestamp_ns)

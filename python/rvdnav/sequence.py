@@ -108,7 +108,7 @@ def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLER
     rig = load_rig(folder, notices)
     target = load_target(folder / "target.yaml")
     truth_path = folder / "groundtruth.tum"
-    truth = read_tum(truth_path) if truth_path.exists() else None
+    truth = read_tum(truth_path) if os.path.lexists(truth_path) else None
     left, right = (check_images(entries, rig, notices) for entries in recorded)
     if right and not rig.is_stereo:
         raise InputError(f"{folder / 'camchain.yaml'}: cam1 is missing, but there are images of it")

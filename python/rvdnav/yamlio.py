@@ -21,8 +21,11 @@ from rvdnav.errors import InputError
 from rvdnav.files import UNPRINTABLE, read_text
 from rvdnav.pose.arrays import FloatArray
 
-_MOST_VALUES = 100_000
+_LARGEST_FILE = 1 << 20
+_MOST_VALUES = 30_000
 _DEEPEST = 20
+_LARGEST_NUMBER = 1e30
+"""Of which powers can still be reckoned with; nothing that is measured is larger."""
 _LONGEST_TEXT = 1_000
 _LIKE, _VERY_LIKE = 0.6, 0.8
 """Likeness of two keys, as difflib's ratio, from which one may be the other mistyped: where none is known besides ours,
@@ -263,6 +266,8 @@ class Section:
             array = np.array(np.inf)
         if not np.isfinite(array).all():
             raise self.fault(key, "is not finite")
+        if np.abs(array).max(initial=0.0) > _LARGEST_NUMBER:
+            raise self.fault(key, f"is beyond {_LARGEST_NUMBER:g}")
         return array
 
 
@@ -281,7 +286,7 @@ def read_yaml(path: Path) -> Section:
 
     Raises InputError naming the file, and the line where there is one, when it is missing or no such file.
     """
-    text = read_text(path)
+    text = read_text(path, _LARGEST_FILE)
     if header := _OPENCV_HEADER.match(text):
         text = text[header.end() :]
     try:

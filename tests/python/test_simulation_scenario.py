@@ -89,7 +89,7 @@ def test_speed_varies_as_much_as_ease_says():
         ("name: small\n", "", "name is missing"),
         ("seed: 3", "seed: -1", "seed is not a whole number from 0 to"),
         ("seed: 3", "seed: 1.5", "seed is not a whole number"),
-        ("frames: 5", "frames: 0", "frames is not a whole number from 1 to 20000"),
+        ("frames: 5", "frames: 0", "frames is not a whole number from 1 to 10000"),
         ("rate_hz: 4", "rate_hz: 0", "rate_hz is less than"),
         ("rig: rig", "rig: nowhere", "rig '.*nowhere' is not a folder"),
         ("name: small", "name: small\ncolour: red", "colour is not known; the keys are name, seed"),

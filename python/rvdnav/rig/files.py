@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,7 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     chain = read_yaml(Path(folder) / CAMCHAIN)
     if len([key for key in chain if re.fullmatch("cam[0-9]+", key)]) > 2:
         raise InputError(f"{chain.path}: more than two cameras")
-    unknown = chain.others("cam0", "cam1")
+    unknown = chain.others("cam0", "cam1", likeness=0.7)  # short names, of which none is like another
     names = ["cam0", "cam1"] if "cam1" in chain else ["cam0"]
     for name in names:
         section = chain.section(name)
@@ -69,7 +70,7 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
             Rig(cameras, derived)
         except ValueError as error:
             raise InputError(f"{chain.path}: {error}") from error
-    if not (chain.path.parent / RIG).exists():
+    if not os.path.lexists(chain.path.parent / RIG):
         return _within_reach(chain.path, Rig(cameras, derived))
     placed = read_yaml(chain.path.parent / RIG)
     placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE, "scan", *_DURATIONS)

@@ -23,7 +23,7 @@ _KEYS = (
     *("name", "seed", "frames", "rate_hz", "rig", "target", "motion"),
     *("lights", "background", "sensor", "samples_per_pixel", "files"),
 )
-_MOST_FRAMES = 20_000
+_MOST_FRAMES = 10_000
 _MOST_SAMPLES = 1 << 16
 _BRACKET_MM = ("long_base_mm", "short_base_mm", "height_mm", "bar_width_mm", "bar_thickness_mm")
 _EDGE_RADIUS_MM = "edge_radius_mm"
