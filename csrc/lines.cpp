@@ -23,7 +23,7 @@ double coordinate(int32_t q5) { return q5 * (1.0 / 32.0); }
 
 int32_t level_of(double angle) {
   const double turns = angle / (2.0 * kPi);
-  return static_cast<int32_t>(std::lround((turns - std::floor(turns)) * RVDNAV_DIRECTION_LEVELS)) &
+  return static_cast<int32_t>(std::lround((turns - std::floor(turns)) * int32_t{RVDNAV_DIRECTION_LEVELS})) &
          (RVDNAV_DIRECTION_LEVELS - 1);
 }
 
