@@ -32,7 +32,8 @@ def view_difference(measurement: Measurement, rig: Rig, loss: Loss = "huber") ->
         for camera in range(len(rig.cameras)):
             chosen = lines.camera == camera
             systematics = measurement.systematics.only(chosen)
-            views.append(one_view_pose(T, _chosen(lines, chosen), cameras, systematics, loss))
+            shown = measurement.pose.displacement_px
+            views.append(one_view_pose(T, _chosen(lines, chosen), cameras, systematics, shown, loss))
     except PoseError:
         return 0.0
     left, right = views

@@ -13,6 +13,8 @@ from rvdnav.pose.arrays import BoolArray, FloatArray
 
 # Slope of the grey beside a step, parts of its contrast a pixel, that the model of the blur itself leaves.
 _SLOPE_SIGMA = 0.02
+# Blur up to which an image is sharp, px.
+_SHARP_PX = 1.05
 # Samples from which an edge has a blur of its own.
 _MIN_BLURS = 12
 
@@ -56,6 +58,12 @@ def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) 
             if len(own) >= _MIN_BLURS:
                 blur[camera, edge] = np.median(own)
     return blur
+
+
+def blur_excess(blur: FloatArray) -> FloatArray:
+    """What of steps' blurs, px, goes beyond that of a lens in focus."""
+    excess: FloatArray = np.sqrt(np.maximum(blur**2 - _SHARP_PX**2, 0.0))
+    return excess
 
 
 def with_slopes(sampled: SampledEdges) -> tuple[SampledEdges, FloatArray]:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from rvdnav.core import FrameResult
 from rvdnav.navigator.agreement import disparity_errors, view_difference
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.faces import blur_excess
 from rvdnav.navigator.knowledge import Knowledge
-from rvdnav.navigator.measurement import Measurement, blur_excess
+from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.pose import PredictedPose, difference
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
@@ -53,7 +54,7 @@ def failed_gates(
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
-    excess = float(np.median(blur_excess(measurement.blur[lines.camera, lines.edge], config.blur_sigma)))
+    excess = float(np.median(blur_excess(measurement.blur[lines.camera, lines.edge])))
     if _rms_px(measurement) > np.hypot(settings.max_rms_px, settings.max_rms_blurs * excess):
         reasons.add(Reason.RESIDUALS)
     views = len(measurement.cameras)

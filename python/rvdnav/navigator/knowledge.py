@@ -12,20 +12,26 @@ import numpy as np
 
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.faces import blur_excess
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.systematics import Group, Systematics
 from rvdnav.rig import Rig
 
-TARGET, CALIBRATION, STEPS = 0, 1, 2
+TARGET, CALIBRATION, STEPS, EDGES = 0, 1, 2, 3
 """The groups, in their order."""
 
 # How many independent errors the stated standard deviations are worth against those that the lines show: a maker who
 # says 0.3 mm may mean 0.1 or 1; of a calibration fewer parameters show in the images.
-_WEIGHTS = (1.0, 4.0, 1.0)
+_WEIGHTS = (1.0, 4.0, 1.0, 1.0)
+_LARGEST = (5.0, 5.0, 5.0, 20.0)
 # By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
 _STEP_PART = 0.07
+# By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of the
+# blur beyond that.
+_EDGE_SIGMA_PX = 0.01
+_EDGE_PART = 0.06
 # Part of what was learnt that still counts in the next frame: lens remains, light and sampling displace the lines of
 # neighbouring frames alike, so their errors don't average out.
 _KEPT = 0.7
@@ -85,21 +91,28 @@ class Knowledge:
         blur (cameras, edges): standard deviation of the steps' blur, px.
         Raises PoseError for an edge that is not in front of its camera.
         """
+        row = np.arange(len(lines))
+        own = blur[lines.camera, lines.edge]
         steps = np.zeros((len(lines), 2, self._views))
-        steps[np.arange(len(lines)), :, lines.camera] = -(_STEP_PART * blur[lines.camera, lines.edge] * polarity)[
-            :, None
-        ]
-        derivative = np.concatenate([self.derivative(T_world_target, lines), steps], axis=2)
+        steps[row, :, lines.camera] = -(_STEP_PART * own * polarity)[:, None]
+        edges = np.zeros((len(lines), 2, len(self._model)))
+        edges[row, :, lines.edge] = -np.hypot(_EDGE_SIGMA_PX, _EDGE_PART * blur_excess(own))[:, None]
+        derivative = np.concatenate([self.derivative(T_world_target, lines), steps, edges], axis=2)
         return self._systematics(derivative, learned)
 
     def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
-        sizes = (len(self._point_sigma), self._directions.shape[1], derivative.shape[2] - self.lasting)
-        groups = tuple(Group(size, weight) for size, weight in zip(sizes, _WEIGHTS, strict=True))
+        sizes = self._sizes(derivative.shape[2])
+        groups = tuple(map(Group, sizes, _WEIGHTS, _LARGEST))
         information = np.zeros((derivative.shape[2],) * 2)
         vector = np.zeros(derivative.shape[2])
         information[: self.lasting, : self.lasting] = learned.information
         vector[: self.lasting] = learned.vector
         return Systematics(derivative, groups, learned.scales, information, vector)
+
+    def _sizes(self, parameters: int) -> tuple[int, ...]:
+        """Of the groups, of the lasting parameters alone or of all."""
+        of_frame = (self._views, len(self._model)) if parameters > self.lasting else (0, 0)
+        return (len(self._point_sigma), int(self._directions.shape[1]), *of_frame)
 
     def derivative(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
         """(n, 2, p), px: of the lines' residuals with respect to the lasting parameters."""
@@ -190,8 +203,8 @@ class Knowledge:
     def taught(self, learned: Learned, pose: RefinedPose) -> Learned:
         """With what a refined pose's lines add."""
         lasting: BoolArray = np.arange(len(pose.z)) < self.lasting
-        scale = pose.scales[STEPS]
-        information, vector = pose.told.of_parameters(lasting, np.full(len(pose.z), 1.0 / scale**2))
+        scales = np.repeat(pose.scales, self._sizes(len(pose.z)))
+        information, vector = pose.told.of_parameters(lasting, 1.0 / scales**2)
         return Learned(
             _KEPT * learned.information + information,
             _KEPT * learned.vector + vector,

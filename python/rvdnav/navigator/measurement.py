@@ -8,7 +8,7 @@ import numpy as np
 from rvdnav.core import Core
 from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.faces import edge_blur, face_widths, with_slopes
+from rvdnav.navigator.faces import blur_excess, edge_blur, face_widths, with_slopes
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.neighbours import neighbour_separation
@@ -59,10 +59,8 @@ _STRAIGHT_PX = 0.7
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.2
 _PRINTED_SIGMA = 1.5
-# Up to this multiple of the configured blur a step is sharp; beyond, by which part of the rest the blur may displace
-# it.
-_SHARP = 1.5
-_BLUR_SIGMA = 0.1
+# By which a blur beyond a sharp image's may displace an edge in one view, as a part of it.
+_BLUR_SIGMA = 0.05
 # How far what slopes beside an edge have moved it may be wrong, as a part of it.
 _MOVED_SIGMA = 0.5
 
@@ -127,12 +125,6 @@ def line_polarity(sampled: SampledEdges, fits: EdgeLines) -> IntArray:
     total = np.zeros(sampled.attempted.shape)
     np.add.at(total, (sampled.camera, sampled.edge), fits.weights * sampled.polarity)
     return np.sign(total[fits.camera, fits.edge]).astype(np.int64)
-
-
-def blur_excess(blur: FloatArray, configured: float) -> FloatArray:
-    """What of steps' blurs, px, goes beyond a lens in focus."""
-    excess: FloatArray = np.sqrt(np.maximum(blur**2 - (_SHARP * configured) ** 2, 0.0))
-    return excess
 
 
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
@@ -244,9 +236,8 @@ def _measure_lines(
         border = border_separation(core, rig, images, model, T_world_target, sampled, fits)
         separation = np.maximum(separation, border)
     shift_sigma = np.hypot(_SIDE_SIGMA * separation, shift_sigma)
-    # A wide blur mixes an edge with more of what is beside it.
-    excess = blur_excess(beside.blur, core.config.blur_sigma)
-    shift_sigma = np.hypot(_BLUR_SIGMA * excess[fits.camera, fits.edge], shift_sigma)
+    excess = blur_excess(beside.blur[fits.camera, fits.edge])
+    shift_sigma = np.hypot(_BLUR_SIGMA * excess, shift_sigma)
     endpoints = sampled.spans[fits.camera, fits.edge]
     lines = LineMeasurements(fits.camera, fits.edge, endpoints, fits.rho, fits.theta, fits.cov, shift_sigma)
     return sampled, fits, lines

@@ -88,9 +88,10 @@ def decide(
         return _no_rival(measurement)
     camera = int(lines.camera[0])
     try:
-        own = one_view_pose(T, lines, cameras, measurement.systematics)
+        shown = measurement.pose.displacement_px
+        own = one_view_pose(T, lines, cameras, measurement.systematics, shown)
         mirrored = _mirrored(T, points, cameras.centers[camera])
-        other = one_view_pose(mirrored, lines, cameras, measurement.systematics)
+        other = one_view_pose(mirrored, lines, cameras, measurement.systematics, shown)
     except PoseError:
         return _no_rival(measurement)
     apart = difference(other.T_world_target, own.T_world_target)

@@ -126,7 +126,7 @@ def refine_pose_lines(
     systematics = Systematics.none(len(lines)) if systematics is None else systematics
     start = (float_array(T_world_target, 4, 4), systematics.mean)
     solution, whitening = _solve(start, lines, cameras, displacement, systematics, near=near, loss=loss, k=k)
-    return _refined(solution, lines, cameras, systematics, whitening)
+    return _refined(solution, lines, cameras, systematics, whitening, displacement)
 
 
 def refine_pose_edges(
@@ -153,7 +153,7 @@ def refine_pose_edges(
         displacement = shown_displacement(estimate[0], distances, solution, lines, cameras)
         systematics = systematics.rescaled(estimate[1], solution.inverse[6:, 6:])
     solution, whitening = _solve(estimate, lines, cameras, displacement, systematics, near=near)
-    return _refined(solution, lines, cameras, systematics, whitening)
+    return _refined(solution, lines, cameras, systematics, whitening, displacement)
 
 
 _Joint = tuple[FloatArray, FloatArray]
@@ -210,8 +210,10 @@ def _refined(
     cameras: RectifiedCameras,
     systematics: Systematics,
     whitening: FloatArray,
+    displacement: Displacement,
 ) -> RefinedPose:
-    return refined_pose(solution, _distances(solution.estimate, lines, cameras, systematics), whitening, systematics)
+    distances = _distances(solution.estimate, lines, cameras, systematics)
+    return refined_pose(solution, distances, whitening, systematics, displacement.offset)
 
 
 def directed_endpoints(lines: LineMeasurements, cameras: RectifiedCameras) -> DirectedPoints:

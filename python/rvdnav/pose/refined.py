@@ -28,6 +28,7 @@ class RefinedPose:
     standard deviation of unit weight, the root of sum(w |r|²) / (2 sum(w) - 6) over the whitened residuals r.
     z (p,): the systematics' parameters, in their stated standard deviations; joint_covariance (6 + p, 6 + p): of the
     pose and them.  scales: of the systematics' groups.  told: by the lines, of pose and parameters.
+    displacement_px: standard deviation of what displaces each line by itself beyond its covariance.
     """
 
     T_world_target: FloatArray
@@ -42,6 +43,7 @@ class RefinedPose:
     joint_covariance: FloatArray
     scales: FloatArray
     told: JointInformation
+    displacement_px: float
 
 
 def redundancy(weights: FloatArray, parameters: float = _PARAMETERS) -> float:
@@ -79,6 +81,7 @@ def refined_pose(
     residuals: FloatArray,
     whitening: FloatArray,
     systematics: Systematics,
+    displacement_px: float,
 ) -> RefinedPose:
     """The result that the solver's minimum stands for; residuals (n, 2) in px, and what whitened them (n, 2, 2).
 
@@ -102,4 +105,5 @@ def refined_pose(
         joint_covariance=joint,
         scales=systematics.scales,
         told=JointInformation.of(solution, z, omega_squared),
+        displacement_px=displacement_px,
     )

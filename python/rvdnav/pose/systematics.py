@@ -23,10 +23,11 @@ LARGEST_SCALE = 5.0
 @frozen(eq=False)
 class Group:
     """Parameters whose standard deviations were stated together: how many, and how many independent errors the
-    statement is worth against those that the lines show (infinite: it is not asked)."""
+    statement is worth against those that the lines show (infinite: it is not asked); and the largest scale of it."""
 
     size: int
     weight: float
+    largest: float = LARGEST_SCALE
 
 
 def _derivative(values: Any) -> FloatArray:
@@ -94,7 +95,7 @@ class Systematics:
             own = self.members == number
             determined = group.size - float(np.trace(covariance[np.ix_(own, own)])) / scales[number] ** 2
             square = (group.weight + float(z[own] @ z[own])) / (group.weight + max(determined, 0.0))
-            scales[number] = np.clip(np.sqrt(square), LEAST_SCALE, LARGEST_SCALE)
+            scales[number] = np.clip(np.sqrt(square), LEAST_SCALE, group.largest)
         return evolve(self, scales=scales)
 
 
