@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from rvdnav.errors import one_line
+
 console = Console(highlight=False, markup=False)
 """Results, on stdout."""
 errors = Console(stderr=True, highlight=False, markup=False)
@@ -16,7 +18,7 @@ errors = Console(stderr=True, highlight=False, markup=False)
 
 def print_note(text: str) -> None:
     """Something that the user should know, on stderr."""
-    errors.print(f"rvdnav: note: {text}", soft_wrap=True)
+    errors.print(one_line(f"rvdnav: note: {text}"), soft_wrap=True)
 
 
 @contextmanager
