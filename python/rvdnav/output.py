@@ -15,7 +15,7 @@ import numpy as np
 from rvdnav.errors import InputError
 from rvdnav.files import read_lines
 from rvdnav.jsonio import parse_object
-from rvdnav.sequence import read_tum, write_tum
+from rvdnav.sequence import CAMERAS, read_tum, write_tum
 from rvdnav.solution import Solution
 
 POSES = "poses.tum"
@@ -27,9 +27,12 @@ SMOOTHED = "smoothed.tum"
 def staged_directory(directory: Path) -> Iterator[Path]:
     """Give a temporary folder whose files and folders are moved into ``directory`` when the block ends well.
 
-    After an exception or an interrupt the folder is gone and ``directory`` is as it was.  It lies on the same file
+    A camera's folder takes none.  After an exception or an interrupt the folder is gone and ``directory`` is as it was.  It lies on the same file
     system, so that each move is atomic.  Raises InputError when ``directory`` cannot be written.
     """
+    for place in (directory.resolve(), *directory.resolve().parents):
+        if place.name in CAMERAS and place.is_dir():
+            raise InputError(f"{directory}: lies in {place.name}, a camera's folder; results belong elsewhere")
     ancestor = directory
     while not ancestor.exists() and ancestor != ancestor.parent:
         ancestor = ancestor.parent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import signal
 import sys
 from collections.abc import Sequence
@@ -25,7 +26,8 @@ from rvdnav.cli.simulate import render
 from rvdnav.errors import InputError
 
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
+EXIT_INTERRUPTED = 128 + signal.SIGINT
+EXIT_TERMINATED = 128 + signal.SIGTERM
 
 # Typer exports no base class of its usage errors, and the module that it lives in differs between Typer's versions.
 _UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
@@ -273,16 +275,25 @@ def _check(
     return check(sequence)
 
 
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM: an interrupt like any other, so that half-written output is removed on the way out."""
+
+
 def execute(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code; a user's mistake gets one line on stderr, never a traceback."""
+    for before, argument in zip(["", *arguments], arguments, strict=False):
+        if not argument or (argument.startswith("--") and argument.endswith("=")):
+            return _complain(f"the value after {argument.rstrip('=') or before or 'rvdnav'} is empty")
     try:
         code = app(args=list(arguments), prog_name="rvdnav", standalone_mode=False)
     except _UsageError as error:
         return _complain(error.format_message())
     except InputError as error:
         return _complain(str(error))
-    except (KeyboardInterrupt, typer.Abort):
-        return EXIT_INTERRUPTED
+    except OSError as error:  # of what the commands foresee nothing: the disk is full, say
+        return _complain(f"{error.filename or 'the output'}: {error.strerror or error}")
+    except (KeyboardInterrupt, typer.Abort) as error:  # Typer makes the one into the other
+        return EXIT_TERMINATED if isinstance(error.__cause__ or error, _Terminated) else EXIT_INTERRUPTED
     return int(code or 0)
 
 
@@ -291,12 +302,14 @@ def _complain(fault: str) -> int:
     return EXIT_BAD_INPUT
 
 
-def _stop(number: int, _: FrameType | None) -> NoReturn:
-    # As an exception, so that half-written output is removed on the way out.
-    raise SystemExit(128 + number)
+def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise _Terminated
 
 
 def main() -> NoReturn:
     """Entry point of the ``rvdnav`` program."""
-    signal.signal(signal.SIGTERM, _stop)
+    signal.signal(signal.SIGTERM, _terminate)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that is no text, or a terminal that has no sigma
+            stream.reconfigure(errors="replace")
     sys.exit(execute(sys.argv[1:]))

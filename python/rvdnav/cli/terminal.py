@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -10,9 +11,20 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from rvdnav.errors import one_line
 
-console = Console(highlight=False, markup=False)
+
+class _Output(Console):
+    """What is written to a pipe that nobody reads any more is lost, and the command goes on: its files are wanted."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.file.fileno())
+        os.close(nowhere)
+
+
+console = _Output(highlight=False, markup=False)
 """Results, on stdout."""
-errors = Console(stderr=True, highlight=False, markup=False)
+errors = _Output(stderr=True, highlight=False, markup=False)
 """Notes and progress, on stderr."""
 
 
