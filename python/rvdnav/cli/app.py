@@ -275,10 +275,6 @@ def _check(
     return check(sequence)
 
 
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM: an interrupt like any other, so that half-written output is removed on the way out."""
-
-
 def execute(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code; a user's mistake gets one line on stderr, never a traceback."""
     for before, argument in zip(["", *arguments], arguments, strict=False):
@@ -292,8 +288,8 @@ def execute(arguments: Sequence[str]) -> int:
         return _complain(str(error))
     except OSError as error:  # of what the commands foresee nothing: the disk is full, say
         return _complain(f"{error.filename or 'the output'}: {error.strerror or error}")
-    except (KeyboardInterrupt, typer.Abort) as error:  # Typer makes the one into the other
-        return EXIT_TERMINATED if isinstance(error.__cause__ or error, _Terminated) else EXIT_INTERRUPTED
+    except (KeyboardInterrupt, typer.Abort):
+        return EXIT_INTERRUPTED
     return int(code or 0)
 
 
@@ -302,14 +298,18 @@ def _complain(fault: str) -> int:
     return EXIT_BAD_INPUT
 
 
-def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise _Terminated
-
-
 def main() -> NoReturn:
     """Entry point of the ``rvdnav`` program."""
-    signal.signal(signal.SIGTERM, _terminate)
+    terminated = False
+
+    def terminate(_number: int, _frame: FrameType | None) -> NoReturn:
+        nonlocal terminated
+        terminated = True
+        raise KeyboardInterrupt  # so that half-written output is removed on the way out, as after any interrupt
+
+    signal.signal(signal.SIGTERM, terminate)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that is no text, or a terminal that has no sigma
             stream.reconfigure(errors="replace")
-    sys.exit(execute(sys.argv[1:]))
+    code = execute(sys.argv[1:])
+    sys.exit(EXIT_TERMINATED if terminated and code == EXIT_INTERRUPTED else code)
