@@ -28,7 +28,8 @@ def staged_directory(directory: Path) -> Iterator[Path]:
     """Give a temporary folder whose files and folders are moved into ``directory`` when the block ends well.
 
     A camera's folder takes none.  After an exception or an interrupt the folder is gone and ``directory`` is as it was.
-    It lies on the same file system, so that each move is atomic.  Raises InputError when ``directory`` cannot be written.
+    It lies on the same file system, so that each move is atomic.  Raises InputError when ``directory`` cannot be
+    written.
     """
     for place in (directory.resolve(), *directory.resolve().parents):
         if place.name in CAMERAS and place.is_dir():
