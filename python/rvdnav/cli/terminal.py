@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from rvdnav.errors import one_line
 
+
 class _Output(Console):
     """What is written to a pipe that nobody reads any more is lost, and the command goes on: its files are wanted."""
 
