@@ -23,7 +23,7 @@ from rvdnav.cli.reconstruct import reconstruct_frame
 from rvdnav.cli.replay import replay_folder
 from rvdnav.cli.run import run
 from rvdnav.cli.simulate import render
-from rvdnav.errors import InputError
+from rvdnav.errors import InputError, one_line
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 128 + signal.SIGINT
@@ -294,7 +294,7 @@ def execute(arguments: Sequence[str]) -> int:
 
 
 def _complain(fault: str) -> int:
-    print(f"rvdnav: {' '.join(fault.split())}", file=sys.stderr)
+    print(one_line(f"rvdnav: {' '.join(fault.split())}"), file=sys.stderr)
     return EXIT_BAD_INPUT
 
 
