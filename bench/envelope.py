@@ -27,6 +27,7 @@ from rvdnav.errors import InputError
 from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M, evaluate
 from rvdnav.faults import STRENGTHS, FaultySequence, parse_fault
 from rvdnav.files import write_text_atomically
+from rvdnav.rig import calibration_parameters
 
 SIGMAS = 5.0
 DRAWS = 5
@@ -71,7 +72,10 @@ def _cases(name: str, unasked: Iterable[str], asked: dict[str, Wanted]) -> list[
 
 
 NO_FAULT = "none"
+EXACT = "exact"
+"""No fault, and the navigator is told that sizes and calibration are exact."""
 CASES = [
+    Case(EXACT, ALMOST_ALL),
     Case(NO_FAULT, ALMOST_ALL),
     *_cases("noise", ["40"], {"6": ALMOST_ALL, "12": ALMOST_ALL, "25": MOST}),
     *_cases("blur", ["6"], {"1": ALMOST_ALL, "2.5": ALMOST_ALL, "4": MOST}),
@@ -108,9 +112,14 @@ class Run:
         recorded = open_sequence(self.sequence)
         if recorded.truth is None:
             raise InputError(f"{self.sequence}: holds no groundtruth.tum")
-        faults = [] if self.fault == NO_FAULT else [parse_fault(f"{self.fault}:all")]
+        faults = [] if self.fault in (EXACT, NO_FAULT) else [parse_fault(f"{self.fault}:all")]
         sequence = FaultySequence(recorded, faults, seed=self.draw)
-        navigator = Navigator(sequence.rig, sequence.target)
+        rig, target = sequence.rig, sequence.target
+        if self.fault == EXACT:
+            size = len(calibration_parameters(len(rig.cameras)))
+            rig = attrs.evolve(rig, calibration_covariance=np.zeros((size, size)))
+            target = attrs.evolve(target, tolerance=dict.fromkeys(target.points, 0.0))
+        navigator = Navigator(rig, target)
         solutions = [navigator.process(sequence[index]) for index in range(0, len(sequence), self.every)]
         result = evaluate(solutions, recorded.truth)
         return Outcome(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import time
 import warnings
 from collections import Counter
@@ -163,6 +164,7 @@ def main() -> None:
     parser.add_argument("frames", type=int, nargs="?", default=20_000)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     outcome = soak(open_sequence(APPROACH), arguments.frames, arguments.seed)
     table = Table(show_header=False, title=f"Soak, seed {arguments.seed}", title_justify="left")
     for name, value in (

@@ -64,6 +64,8 @@ class RangeRow:
 class Evaluation:
     """Errors of the published frames that have a true pose (n of them), and what follows from them."""
 
+    run_frames: int
+    """All frames of the run."""
     frames: int
     """Frames with a true pose, published or not."""
     timestamps_ns: NDArray[np.int64]
@@ -159,6 +161,7 @@ def evaluate(solutions: Sequence[Solution], truth: TruePoses) -> Evaluation:
     attitude = np.linalg.norm(errors[:, 3:], axis=1)
     rows = [_row(lower, upper, all_ranges, published, position, attitude) for lower, upper in pairwise(RANGE_EDGES_M)]
     return Evaluation(
+        run_frames=len(pairs),
         frames=len(known),
         timestamps_ns=np.array(timestamps, dtype=np.int64),
         ranges_m=all_ranges[published],

@@ -15,7 +15,7 @@ import numpy as np
 from rvdnav.errors import InputError
 from rvdnav.files import read_lines
 from rvdnav.jsonio import parse_object
-from rvdnav.sequence import read_tum, write_tum
+from rvdnav.sequence import CAMERAS, read_tum, write_tum
 from rvdnav.solution import Solution
 
 POSES = "poses.tum"
@@ -27,9 +27,13 @@ SMOOTHED = "smoothed.tum"
 def staged_directory(directory: Path) -> Iterator[Path]:
     """Give a temporary folder whose files and folders are moved into ``directory`` when the block ends well.
 
-    After an exception or an interrupt the folder is gone and ``directory`` is as it was.  It lies on the same file
-    system, so that each move is atomic.  Raises InputError when ``directory`` cannot be written.
+    A camera's folder takes none.  After an exception or an interrupt the folder is gone and ``directory`` is as it was.
+    It lies on the same file system, so that each move is atomic.  Raises InputError when ``directory`` cannot be
+    written.
     """
+    for place in (directory.resolve(), *directory.resolve().parents):
+        if place.name in CAMERAS and place.is_dir():
+            raise InputError(f"{directory}: lies in {place.name}, a camera's folder; results belong elsewhere")
     ancestor = directory
     while not ancestor.exists() and ancestor != ancestor.parent:
         ancestor = ancestor.parent
@@ -46,6 +50,20 @@ def staged_directory(directory: Path) -> Iterator[Path]:
         raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
     finally:
         shutil.rmtree(staging, ignore_errors=True)
+
+
+@contextmanager
+def staged_report(directory: Path, name: str) -> Iterator[Path]:
+    """Give a path to write a report to, which comes after the results: where it fails, they are there without it.
+
+    Raises InputError that says so when the report cannot be written.
+    """
+    try:
+        (directory / name).unlink(missing_ok=True)  # an older one does not belong to these results
+        with staged_directory(directory) as staging:
+            yield staging / name
+    except (InputError, OSError) as error:
+        raise InputError(f"{directory / name}: cannot be written, the results are there without it: {error}") from error
 
 
 def _publish(staging: Path, directory: Path) -> None:

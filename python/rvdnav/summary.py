@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
-from rvdnav.solution import TOTAL, LearnedDimensions, Solution
+from rvdnav.solution import TOTAL, LearnedDimensions, Reason, Solution
+
+_NO_IMAGE = frozenset(
+    {
+        Reason.LEFT_MISSING,
+        Reason.RIGHT_MISSING,
+        Reason.LEFT_UNUSABLE,
+        Reason.RIGHT_UNUSABLE,
+        Reason.DUPLICATE,
+        Reason.TIME_ORDER,
+    }
+)
 
 
 def median_sigmas(solutions: Sequence[Solution]) -> tuple[float, float] | None:
@@ -32,10 +44,21 @@ def stage_medians(solutions: Sequence[Solution]) -> dict[str, float]:
     return {stage: float(np.median(seconds)) for stage, seconds in times.items()}
 
 
+def worked_on(solution: Solution) -> bool:
+    """Whether a frame had an image that could show a target: those that had none say nothing of the speed."""
+    return solution.published or not solution.reasons <= _NO_IMAGE
+
+
 def median_frame_time(solutions: Sequence[Solution]) -> float | None:
-    """Median seconds of the whole process call; None where no solution carries it."""
-    totals = [s.stage_times[TOTAL] for s in solutions if TOTAL in s.stage_times]
+    """Median seconds of the whole process call over the frames that were worked on; None where none carries it."""
+    totals = [s.stage_times[TOTAL] for s in solutions if TOTAL in s.stage_times and worked_on(s)]
     return float(np.median(totals)) if totals else None
+
+
+def unpublished_reasons(solutions: Sequence[Solution]) -> list[tuple[Reason, int]]:
+    """Why frames were not published, and how many for each reason, the most first; a frame may have several."""
+    counts = Counter(reason for s in solutions if not s.published for reason in s.reasons)
+    return sorted(counts.items(), key=lambda item: (-item[1], item[0].name))
 
 
 def learned_dimensions(solutions: Sequence[Solution]) -> LearnedDimensions | None:

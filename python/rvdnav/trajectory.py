@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -89,7 +90,7 @@ def _parse_line(words: list[str]) -> tuple[int, FloatArray]:
         raise ValueError(f"{len(words)} values where timestamp tx ty tz qx qy qz qw are needed")
     timestamp_ns = parse_timestamp_s(words[0])
     values = float_array([float(word) for word in words[1:]], 7)
-    norm = float(np.linalg.norm(values[3:]))
+    norm = math.hypot(*values[3:])
     if abs(norm - 1.0) > _NORM_TOLERANCE:
         raise ValueError(f"the quaternion has length {norm:.4g}, not 1")
     return timestamp_ns, make_T(rotation_from_quaternion_xyzw(values[3:]), values[:3])

@@ -145,7 +145,7 @@ void run_frame(Input& input, rvdnav_context* context, const rvdnav_rig& rig) {
       broken();
   }
 
-  rvdnav_model_edge edge = {-12.0, -10.0, -11.0, 10.0, 4.0, 0, 0};
+  rvdnav_model_edge edge = {-12.0, -10.0, -11.0, 10.0, 4.0, 0.0, 0, 0};
   disturb(input, sizeof(edge), 3, &edge);
   rvdnav_edge_sample samples[16];
   uint32_t count = 0;

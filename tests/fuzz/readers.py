@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import shutil
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -64,7 +65,9 @@ class Reader:
         start, memory = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         message = ""
         try:
-            self.read(self.folder)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", RuntimeWarning)  # of numpy, which would be further lines
+                self.read(self.folder)
         except (InputError, ImageError) as error:
             message = str(error)
             assert message.isprintable(), message

@@ -87,7 +87,7 @@ std::vector<uint8_t> picture(int32_t width, int32_t height) {
 }
 
 const rvdnav_window kWindow = {0, 0, -22.0, 0.1, 8.0, 0.1, -20.0, 20.0};
-const rvdnav_model_edge kEdge = {-22.0, -18.0, -22.0, 18.0, 4.0, 0, 0};
+const rvdnav_model_edge kEdge = {-22.0, -18.0, -22.0, 18.0, 4.0, 0.0, 0, 0};
 
 // Acquisition, tracking, both views together, samples and the surface.
 void run_frame(const scene::Owner& owner, const rvdnav_rig& rig, const rvdnav_window& window = kWindow,

@@ -218,6 +218,11 @@ def test_oddities_of_the_sequence_are_told_once(sequence, tmp_path, capsys):
         (["run", "{sequence}", "--out", "x", "--fault", "fog:all"], "no fault 'fog'"),
         (["run", "{sequence}", "--out", "x", "--fault", "black:7-8"], "sequence: fault black: there is no frame 8"),
         (["fly"], "fly"),
+        (["run", "{sequence}", "--out", ""], "the value after --out is empty"),
+        (["run", "{sequence}", "--out="], "the value after --out is empty"),
+        (["run", "", "--out", "{tmp}/out"], "the value after run is empty"),
+        (["run", "{sequence}", "--out", "{sequence}/cam0"], "cam0: lies in cam0, a camera's folder"),
+        (["run", "{sequence}", "--out", "{sequence}/cam1/data/out"], "out: lies in cam1, a camera's folder"),
         ([], "ommand"),
     ],
 )
@@ -244,16 +249,31 @@ def test_an_empty_sequence_is_bad_input(make_sequence, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_an_interrupt_leaves_no_output(sequence, tmp_path, monkeypatch):
-    class Interrupted(Scripted):
-        def process(self, frame):
-            os.kill(os.getpid(), signal.SIGINT)
-            return super().process(frame)
+# A shell may start its jobs with interrupts ignored: the program's own handler is what is asked about here.
+STRUCK = """
+import os, signal, sys
+import rvdnav.cli.run
+from rvdnav import Navigator
+from rvdnav.cli import main
 
-    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Interrupted)
-    before = sorted(tmp_path.rglob("*"))
-    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 130
-    assert sorted(tmp_path.rglob("*")) == before
+class Struck(Navigator):
+    def process(self, frame):
+        os.kill(os.getpid(), int(os.environ["STRUCK_BY"]))
+        return super().process(frame)
+
+rvdnav.cli.run.Navigator = Struck
+signal.signal(signal.SIGINT, signal.default_int_handler)
+main()
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_leaves_no_output(tmp_path, number, code):
+    command = [sys.executable, "-c", STRUCK, "run", str(EXAMPLE), "--out", str(tmp_path / "out")]
+    environment = os.environ | {"STRUCK_BY": str(int(number))}
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert (result.returncode, result.stderr) == (code, "")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_damaged_run_is_bad_input(sequence, tmp_path, capsys):

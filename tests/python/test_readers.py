@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from mutations import LARGE, SAME, WHOLE, damaged, mutated
 from readers import Reader, make_readers
+from rvdnav.cli.app import execute
 from rvdnav.rig import load_rig
 
 NAMES = (
@@ -144,3 +145,22 @@ def test_the_harness_runs() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.endswith(" files, 0 findings\n")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(["run"], ["budget"], ["replay"], ["simulate"], ["campaign"], ["evaluate", "examples/approach"]),
+        *(["calibrate", "--board", "7x5", "--square", "30mm"], ["experiment", "paper", "--run"], ["reconstruct"]),
+    ],
+    ids=lambda words: words[0],
+)
+@pytest.mark.parametrize("name", ["x" * 5000, "nowhere\x1b]0;x\x07"])
+def test_a_name_that_can_be_no_file_s(
+    words: list[str], name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = [] if words[0] in ("replay", "evaluate") else ["--out", str(tmp_path / "out.ply")]
+    assert execute([*words, name, *out]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.isprintable()
+    assert len(line) < 450

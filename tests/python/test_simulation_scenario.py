@@ -125,6 +125,7 @@ def test_speed_varies_as_much_as_ease_says():
         ),
         ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2]}", "files.calibration is not a list of 3 numbers"),
         ("seed: 3", "seed: 3\nfiles: {calibration: [1, 2, -1]}", "files.calibration is negative"),
+        ("seed: 3", "seed: 3\nfiles: {tolerance_mm: 1000}", "the tolerance of P1 is not between 0"),
         ("seed: 3", "seed: 3\nfiles: {omit: [seed]}", "files.omit 'seed' is none of timing, edge_radius"),
         ("seed: 3", "seed: 3\nfiles: {target_points_mm: 500}", "the bracket's points"),
         ("samples_per_pixel: 4", "samples_per_pixel: none", "samples_per_pixel is not a number"),

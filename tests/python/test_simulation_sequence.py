@@ -60,7 +60,7 @@ def frame_middle(sequence, frame):
 def test_files_may_say_otherwise(scenario, tmp_path):
     target = attrs.evolve(scenario.target, edge_radius=0.004)
     rig = attrs.evolve(scenario.rig, exposure_ns=1_000_000, line_delay_ns=50_000)
-    files = Files(calibration=(0.5, 3.0, 0.1), target_sizes_mm=1.0)
+    files = Files(calibration=(0.5, 3.0, 0.1), target_sizes_mm=1.0, tolerance_mm=0.7)
     told, silent = (
         attrs.evolve(scenario, target=target, rig=rig, frames=1, files=attrs.evolve(files, omit=omit))
         for omit in ((), ("timing", "edge_radius"))
@@ -72,6 +72,7 @@ def test_files_may_say_otherwise(scenario, tmp_path):
     assert (told_files.rig.line_delay_ns, told_files.rig.exposure_ns) == (50_000, 1_000_000)
     assert (silent_files.rig.line_delay_ns, silent_files.rig.exposure_ns) == (0, 0)
     for sequence in (told_files, silent_files):
+        np.testing.assert_allclose(list(sequence.target.tolerance.values()), 0.0007)
         errors = [abs(sequence.target.points[name] - point).max() for name, point in target.points.items()]
         assert 1e-4 < max(errors) < 4e-3
         assert 0.1 < abs(sequence.rig.cameras[0].cx - rig.cameras[0].cx) < 12.0

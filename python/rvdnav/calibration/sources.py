@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -48,10 +49,10 @@ def read_pairs(path: Path, notices: list[str] | None = None) -> Iterator[ImagePa
     Raises InputError naming the file when there is none of these.
     """
     notices = [] if notices is None else notices
-    if path.is_file() and path.suffix.lower() in _LISTS:
+    if os.path.isfile(path) and path.suffix.lower() in _LISTS:
         return _pictures(_listed(path), notices)
-    if not path.is_dir():
-        raise InputError(f"{path}: {'not a folder nor an image list' if path.exists() else 'no such folder'}")
+    if not os.path.isdir(path):
+        raise InputError(f"{path}: {'not a folder nor an image list' if os.path.exists(path) else 'no such folder'}")
     folders = [_subfolder(path, names) for names in _SIDES]
     if folders[0] is not None and folders[1] is not None:
         return _pictures(_recorded(path, folders[0], folders[1], notices), notices)

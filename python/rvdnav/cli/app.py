@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import signal
 import sys
 from collections.abc import Sequence
@@ -22,10 +23,11 @@ from rvdnav.cli.reconstruct import reconstruct_frame
 from rvdnav.cli.replay import replay_folder
 from rvdnav.cli.run import run
 from rvdnav.cli.simulate import render
-from rvdnav.errors import InputError
+from rvdnav.errors import InputError, one_line
 
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
+EXIT_INTERRUPTED = 128 + signal.SIGINT
+EXIT_TERMINATED = 128 + signal.SIGTERM
 
 # Typer exports no base class of its usage errors, and the module that it lives in differs between Typer's versions.
 _UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
@@ -275,28 +277,39 @@ def _check(
 
 def execute(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code; a user's mistake gets one line on stderr, never a traceback."""
+    for before, argument in zip(["", *arguments], arguments, strict=False):
+        if not argument or (argument.startswith("--") and argument.endswith("=")):
+            return _complain(f"the value after {argument.rstrip('=') or before or 'rvdnav'} is empty")
     try:
         code = app(args=list(arguments), prog_name="rvdnav", standalone_mode=False)
     except _UsageError as error:
         return _complain(error.format_message())
     except InputError as error:
         return _complain(str(error))
+    except OSError as error:  # of what the commands foresee nothing: the disk is full, say
+        return _complain(f"{error.filename or 'the output'}: {error.strerror or error}")
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_INTERRUPTED
     return int(code or 0)
 
 
 def _complain(fault: str) -> int:
-    print(f"rvdnav: {' '.join(fault.split())}", file=sys.stderr)
+    print(one_line(f"rvdnav: {' '.join(fault.split())}"), file=sys.stderr)
     return EXIT_BAD_INPUT
-
-
-def _stop(number: int, _: FrameType | None) -> NoReturn:
-    # As an exception, so that half-written output is removed on the way out.
-    raise SystemExit(128 + number)
 
 
 def main() -> NoReturn:
     """Entry point of the ``rvdnav`` program."""
-    signal.signal(signal.SIGTERM, _stop)
-    sys.exit(execute(sys.argv[1:]))
+    terminated = False
+
+    def terminate(_number: int, _frame: FrameType | None) -> NoReturn:
+        nonlocal terminated
+        terminated = True
+        raise KeyboardInterrupt  # so that half-written output is removed on the way out, as after any interrupt
+
+    signal.signal(signal.SIGTERM, terminate)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that is no text, or a terminal that has no sigma
+            stream.reconfigure(errors="replace")
+    code = execute(sys.argv[1:])
+    sys.exit(EXIT_TERMINATED if terminated and code == EXIT_INTERRUPTED else code)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -110,9 +111,9 @@ def assume(
 
 def _folder(path: Path) -> Path:
     """The folder of the rig's files, which is named itself or by one of them."""
-    if path.is_dir():
+    if os.path.isdir(path):
         return path
-    if not path.exists():
+    if not os.path.exists(path):
         raise InputError(f"{path}: no such file or folder")
     if path.name not in (CAMCHAIN, RIG):
         raise InputError(f"{path}: neither a folder nor a {CAMCHAIN} or {RIG}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import rvdnav
@@ -15,6 +16,6 @@ def example(name: str) -> Path:
     """
     path = Path("examples") / name
     for root in (Path(), Path(rvdnav.__file__).resolve().parents[2]):
-        if (root / path).exists():
+        if os.path.exists(root / path):
             return root / path
     raise InputError(f"{path}: no such file or folder; name another")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from rvdnav.cli.examples import example
@@ -23,7 +24,7 @@ def experiment(name: str, run: Path | None, out: Path) -> int:
     if name != "paper":
         raise InputError(f"experiment {name!r}: there is only 'paper'")
     place = example("scenarios/paper.yaml") if run is None else run
-    if not place.exists():
+    if not os.path.exists(place):
         raise InputError(f"{place}: no such sequence or scenario")
     if place.is_file():
         render(place, out / _SEQUENCE)

@@ -18,11 +18,13 @@ from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.navigator import parse_pose
 from rvdnav.navigator.settings import NavigatorSettings
-from rvdnav.output import SMOOTHED, staged_directory, write_smoothed, write_solutions
+from rvdnav.output import SMOOTHED, staged_directory, staged_report, write_smoothed, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Sequence
 from rvdnav.solution import Solution
 from rvdnav.target import Target
+
+REPORT = "report.html"
 
 
 def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None, smoothed: bool = False) -> int:
@@ -44,9 +46,21 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
         write_solutions(staging, solutions)
         if smoothed:
             write_smoothed(staging, solutions)
-        evaluation = _evaluation(sequence, solutions)
+    # What an earlier run left in the same folder and this one did not write.
+    if not boxes:
+        shutil.rmtree(out / BLACK_BOXES, ignore_errors=True)
+    if not smoothed:
+        (out / SMOOTHED).unlink(missing_ok=True)
+    evaluation = _evaluation(sequence, solutions)
+    print_summary(solutions, evaluation, target)
+    if injected:
+        print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)
+    for timestamp_ns, folder in boxes.items():
+        seconds = (timestamp_ns - solutions[0].timestamp_ns) * 1e-9
+        console.print(f"target lost at {seconds:.3f} s: rvdnav replay {out / folder}", soft_wrap=True)
+    with staged_report(out, REPORT) as page:
         write_report(
-            staging / "report.html",
+            page,
             path.resolve().name,
             solutions,
             truth=sequence.truth,
@@ -54,18 +68,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             pictures=_pictures(sequence, target, solutions),
             black_boxes=boxes,
         )
-    # What an earlier run left in the same folder and this one did not write.
-    if not boxes:
-        shutil.rmtree(out / BLACK_BOXES, ignore_errors=True)
-    if not smoothed:
-        (out / SMOOTHED).unlink(missing_ok=True)
-    print_summary(solutions, evaluation)
-    if injected:
-        print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)
-    for timestamp_ns, folder in boxes.items():
-        seconds = (timestamp_ns - solutions[0].timestamp_ns) * 1e-9
-        console.print(f"target lost at {seconds:.3f} s: rvdnav replay {out / folder}", soft_wrap=True)
-    console.print(f"report: {out / 'report.html'}", soft_wrap=True)
+    console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0 if any(solution.published for solution in solutions) else 1
 
 

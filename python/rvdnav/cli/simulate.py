@@ -15,7 +15,7 @@ def render(path: Path, out: Path) -> int:
     try:
         with progress_bars() as tell:
             made = simulate(scenario, out, progress=partial(tell, "images"))
-    except (KeyboardInterrupt, SystemExit):
+    except KeyboardInterrupt:
         errors.print("rvdnav: interrupted; the same command goes on from here", soft_wrap=True)
         raise
     note = f"{scenario.frames} frames" if made else "complete already"

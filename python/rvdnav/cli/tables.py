@@ -12,12 +12,20 @@ from rvdnav.cli.terminal import console
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.faults import Fault, Response
 from rvdnav.reconstruction import Cloud
-from rvdnav.solution import LearnedDimensions, Solution, State
-from rvdnav.summary import dimension_rows, learned_dimensions, median_frame_time, median_sigmas
+from rvdnav.solution import LearnedDimensions, Reason, Solution, State
+from rvdnav.summary import (
+    dimension_rows,
+    learned_dimensions,
+    median_frame_time,
+    median_sigmas,
+    unpublished_reasons,
+    worked_on,
+)
+from rvdnav.target import Target
 
 
-def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) -> None:
-    """What a run gave, in one two-column table."""
+def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None, target: Target) -> None:
+    """What a run gave, in one two-column table, and why frames were not published."""
     published = sum(s.published for s in solutions)
     states = Counter(s.state for s in solutions)
     table = Table(show_header=False, title="Run", title_justify="left")
@@ -28,22 +36,57 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None) 
     for state in State:
         if states[state]:
             table.add_row(state.name, str(states[state]))
+    if target.dimensions_known:
+        table.add_row("size of the target", size_text(target))
     sigmas = median_sigmas(solutions)
     if sigmas is not None:
         table.add_row("median sigma position", f"{sigmas[0] * 1e3:.3f} mm")
         table.add_row("median sigma attitude", f"{np.degrees(sigmas[1]):.3f} deg")
     if evaluation is not None and evaluation.overall.position_m and evaluation.overall.attitude_rad:
         position, attitude = evaluation.overall.position_m, evaluation.overall.attitude_rad
+        if evaluation.frames < len(solutions):
+            table.add_row("frames with a true pose", f"{evaluation.frames} of {len(solutions)}")
         table.add_row("position error, median / 95 %", f"{position.median * 1e3:.3f} / {position.p95 * 1e3:.3f} mm")
         degrees = np.degrees([attitude.median, attitude.p95])
         table.add_row("attitude error, median / 95 %", f"{degrees[0]:.3f} / {degrees[1]:.3f} deg")
     seconds = median_frame_time(solutions)
     if seconds:
         table.add_row("median time per frame", f"{seconds * 1e3:.1f} ms ({1 / seconds:.1f} frames/s)")
+        timed = sum(worked_on(s) for s in solutions)
+        if timed < len(solutions):
+            table.add_row("", f"of {timed} frames with an image to work on")
     console.print(table)
+    _print_reasons(solutions)
+    if not published and target.dimensions_known and Reason.NO_TARGET in dict(unpublished_reasons(solutions)):
+        console.print(
+            f"nothing of the size of {target.name}, {size_text(target)}, was seen: is the unit in target.yaml right?",
+            soft_wrap=True,
+        )
     dimensions = learned_dimensions(solutions)
     if dimensions is not None:
         _print_dimensions(dimensions)
+
+
+def _print_reasons(solutions: Sequence[Solution]) -> None:
+    """Why frames were not published, with counts; nothing where all were."""
+    reasons = unpublished_reasons(solutions)
+    if not reasons:
+        return
+    unpublished = sum(not s.published for s in solutions)
+    table = Table(title=f"Why {unpublished} of {len(solutions)} frames were not published", title_justify="left")
+    table.add_column("reason")
+    table.add_column("frames", justify="right")
+    table.add_column("")
+    for reason, count in reasons:
+        table.add_row(reason.name, str(count), reason.description)
+    console.print(table)
+
+
+def size_text(target: Target) -> str:
+    """Extent of a target's points along its axes, such as 0 x 180 x 140 mm; in metres where they are many."""
+    extent = np.ptp(np.array(list(target.points.values())), axis=0)
+    scale, unit = (1.0, "m") if extent.max() >= 10.0 else (1e3, "mm")
+    return " x ".join(f"{scale * length:.4g}" for length in extent if length > 0.0) + f" {unit}"
 
 
 def _print_dimensions(dimensions: LearnedDimensions) -> None:
@@ -98,8 +141,14 @@ def print_evaluation(evaluation: Evaluation) -> None:
     table.add_section()
     table.add_row(*_range_cells(evaluation.overall))
     console.print(table)
+    if evaluation.frames < evaluation.run_frames:
+        console.print(
+            f"judged: {evaluation.frames} of {evaluation.run_frames} frames; the others have no true pose within 1 us"
+        )
     if not evaluation.published:
         return
+    if 2 * evaluation.wrong.sum() > evaluation.published:
+        console.print("most poses are wrong: is it the same sequence, and the same frame C of the target?")
     console.print(f"within 20 mm and 2 deg: {100 * evaluation.within_paper_limits:.1f} % of the published")
     console.print(f"wrong (> 20 mm or > 2 deg (1 + range / 1 m)): {int(evaluation.wrong.sum())}")
     console.print(f"mean NEES / 6: {evaluation.mean_nees_ratio:.2f}")

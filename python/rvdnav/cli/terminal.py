@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-console = Console(highlight=False, markup=False)
+from rvdnav.errors import one_line
+
+
+class _Output(Console):
+    """What is written to a pipe that nobody reads any more is lost, and the command goes on: its files are wanted."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.file.fileno())
+        os.close(nowhere)
+
+
+console = _Output(highlight=False, markup=False)
 """Results, on stdout."""
-errors = Console(stderr=True, highlight=False, markup=False)
+errors = _Output(stderr=True, highlight=False, markup=False)
 """Notes and progress, on stderr."""
 
 
 def print_note(text: str) -> None:
     """Something that the user should know, on stderr."""
-    errors.print(f"rvdnav: note: {text}", soft_wrap=True)
+    errors.print(one_line(f"rvdnav: note: {text}"), soft_wrap=True)
 
 
 @contextmanager

@@ -25,4 +25,5 @@ def write_page(
         plotly=get_plotlyjs(),
         sections="\n".join(sections),
     )
-    path.write_text(page, encoding="utf-8")
+    # Names of files need not be text: what isn't is shown as the replacement character.
+    path.write_text(page.encode("utf-8", "surrogateescape").decode("utf-8", "replace"), encoding="utf-8")

@@ -97,12 +97,14 @@ class Files:
 
     calibration: standard deviations of each camera's focal length, %, and principal point, px, and of the rotation
     between the cameras, degrees.  target_sizes_mm, target_points_mm: of the target's sizes, and of each of its points.
+    tolerance_mm: of each point, as the files state it, or None for what the target states.
     omit: which of `OMISSIONS` the files don't mention: the rows' times, rounded edges.
     """
 
     calibration: tuple[float, float, float] = (0.0, 0.0, 0.0)
     target_sizes_mm: float = attrs.field(default=0.0, validator=_at_least(0.0))
     target_points_mm: float = attrs.field(default=0.0, validator=_at_least(0.0))
+    tolerance_mm: float | None = attrs.field(default=None, validator=attrs.validators.optional(_at_least(0.0)))
     omit: tuple[str, ...] = ()
 
 
@@ -170,6 +172,8 @@ class Scenario:
             target = knowledge.target_sizes(target, rng, self.files.target_sizes_mm)
         if self.files.target_points_mm:
             target = knowledge.target_points(target, rng, self.files.target_points_mm)
+        if self.files.tolerance_mm is not None:
+            target = attrs.evolve(target, tolerance=dict.fromkeys(target.points, 1e-3 * self.files.tolerance_mm))
         return attrs.evolve(target, edge_radius=0.0) if "edge_radius" in self.files.omit else target
 
     def timestamp_ns(self, frame: int) -> int:

@@ -188,10 +188,9 @@ def _sensor(section: Section) -> Sensor:
 
 
 def _files(section: Section) -> Files:
-    section.only("calibration", "target_sizes_mm", "target_points_mm", "omit")
-    values: dict[str, Any] = {
-        key: _not_negative(section, key) for key in ("target_sizes_mm", "target_points_mm") if key in section
-    }
+    lengths = ("target_sizes_mm", "target_points_mm", "tolerance_mm")
+    section.only("calibration", *lengths, "omit")
+    values: dict[str, Any] = {key: _not_negative(section, key) for key in lengths if key in section}
     if "calibration" in section:
         values["calibration"] = tuple(section.numbers("calibration", 3).tolist())
         if min(values["calibration"]) < 0.0:
