@@ -25,12 +25,13 @@ TARGET, CALIBRATION, STEPS, EDGES = 0, 1, 2, 3
 # How many independent errors the stated standard deviations are worth against those that the lines show: a maker who
 # says 0.3 mm may mean 0.1 or 1; of a calibration fewer parameters show in the images.
 _WEIGHTS = (1.0, 4.0, 1.0, 1.0)
-_LARGEST = (5.0, 5.0, 5.0, 20.0)
+# The largest scales: how far what was said can be from what is, before the frame is not to be believed.
+_LARGEST = (5.0, 5.0, 20.0, 25.0)
 # By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
-_STEP_PART = 0.07
-# By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of the
-# blur beyond that.
-_EDGE_SIGMA_PX = 0.01
+_STEP_PART = 0.015
+# By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of
+# the blur beyond that.
+_EDGE_SIGMA_PX = 0.007
 _EDGE_PART = 0.06
 # Part of what was learnt that still counts in the next frame: lens remains, light and sampling displace the lines of
 # neighbouring frames alike, so their errors don't average out.
