@@ -157,13 +157,15 @@ rvdnav_bracket choose(const RectRig& rig, const BracketModel& model, const ViewS
 
 rvdnav_bracket acquire_bracket(const RectRig& rig, const BracketModel& model, const ViewSegments views[2],
                                const bool present[2], const RangeGate& gate, const Proposal* proposals,
-                               uint32_t proposal_count, Eigen::Vector2d* right_shift) {
+                               uint32_t proposal_count, Eigen::Vector2d* right_shift, bool* loose) {
   right_shift->setZero();
+  *loose = false;
   const rvdnav_bracket exact = choose(rig, model, views, present, gate, proposals, proposal_count, 1.0, right_shift);
   if (exact.found != 0) return exact;
-  const rvdnav_bracket loose =
+  const rvdnav_bracket wider =
       choose(rig, model, views, present, gate, proposals, proposal_count, kLooseness, right_shift);
-  return loose.found != 0 ? loose : exact;
+  *loose = wider.found != 0;
+  return *loose ? wider : exact;
 }
 
 }  // namespace rvdnav

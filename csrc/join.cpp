@@ -63,8 +63,9 @@ void acquire_from_views(Context& c, const GreyView* images[2], rvdnav_frame_resu
   }
   RectRig rig = rect_rig(c.rig);
   Eigen::Vector2d right_shift;
+  bool loose = false;
   result->bracket = acquire_bracket(rig, c.model, segments, present, {c.config.range_min, c.config.range_max},
-                                    c.proposals, count, &right_shift);
+                                    c.proposals, count, &right_shift, &loose);
   if (result->bracket.found == 0) return;
   const Pose pose = pose_of(result->bracket);
   rig.right_shift = right_shift;
@@ -72,7 +73,7 @@ void acquire_from_views(Context& c, const GreyView* images[2], rvdnav_frame_resu
     if (!present[camera]) continue;
     rvdnav_window windows[RVDNAV_EDGES];
     const uint32_t n = expect_edges(rig, c.model, camera, pose, kAcquiredHalfRho, kAcquiredHalfTheta, windows);
-    centre_on_segments(rig, c.model, camera, segments[camera], pose, windows, n);
+    if (loose) centre_on_segments(rig, c.model, camera, segments[camera], pose, windows, n);
     track_lines(c, camera, *images[camera], windows, n, &result->view[camera]);
   }
 }

@@ -39,8 +39,9 @@ rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool
     proposals.insert(proposals.end(), found, found + n);
   }
   Eigen::Vector2d right_shift;
+  bool loose = false;
   return acquire_bracket(views::rig(), kModel, faces, present, kGate, proposals.data(),
-                         static_cast<uint32_t>(proposals.size()), &right_shift);
+                         static_cast<uint32_t>(proposals.size()), &right_shift, &loose);
 }
 
 }  // namespace

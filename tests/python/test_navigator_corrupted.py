@@ -42,12 +42,12 @@ def test_edges_beyond_every_image_are_left_out() -> None:
     assert 0 < beyond.sum() < len(model)
     images = draw_images(RIG, TARGET, pose(0.8, 0.0, 0.06, 0.0, 0.0, 0.0))
     unknown = np.zeros((2, len(model)), np.int64)
-    beside = Surroundings(np.full((2, len(model)), 1e9), np.full(2, 1e9))
+    beside = Surroundings(np.full((2, len(model)), 1e9), np.full((2, len(model)), 1e9))
     sampled = sample_edges(Core(RIG, TARGET), RIG, images, T, model, 2.5, unknown, beside)
     assert not sampled.attempted[0, beyond].any()
     settings = NavigatorSettings(window_max_rho_px=1e9)
     prediction = PredictedPose(T, np.diag([1e-10] * 6))
-    windows = predicted_windows(prediction, model.edge_points, cameras, 0, unknown[0], settings)
+    windows = predicted_windows(prediction, model, cameras, 0, unknown[0], np.zeros((len(model), 2)), settings)
     assert windows is not None
     assert set(windows["edge"]) <= set(np.flatnonzero(~beyond))
     assert Core(RIG, TARGET).process(*images, windows, windows).bracket is None

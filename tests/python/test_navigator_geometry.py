@@ -7,6 +7,7 @@ import pytest
 from drawn_scene import bracket_target, example_rig, pose, wide_rig
 from hypothesis import given
 from hypothesis import strategies as st
+from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sides import side_separation
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 EDGES = 8
 UNKNOWN = np.zeros(EDGES, np.int64)
+AT_PLACE = np.zeros((EDGES, 2))
 coordinate = st.floats(-400.0, 400.0)
 
 
@@ -96,7 +98,9 @@ def test_windows_hold_the_lines_of_poses_drawn_from_the_covariance() -> None:
     rng = np.random.default_rng(4)
     draws = rng.multivariate_normal(np.zeros(6), prediction.covariance, 1500, method="cholesky")
     for camera in (0, 1):
-        windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, UNKNOWN, settings)
+        windows = predicted_windows(
+            prediction, EdgeModel.of_bracket(bracket), cameras, camera, UNKNOWN, AT_PLACE, settings
+        )
         assert windows is not None
         np.testing.assert_array_equal(windows["edge"], np.arange(EDGES))
         inside = np.zeros(EDGES)
@@ -111,7 +115,9 @@ def test_windows_hold_the_lines_of_poses_drawn_from_the_covariance() -> None:
 def test_windows_are_as_narrow_as_their_least_half_widths_when_the_prediction_is_sure() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     prediction = PredictedPose(pose(0.8), np.eye(6) * 1e-14)
-    windows = predicted_windows(prediction, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings)
+    windows = predicted_windows(
+        prediction, EdgeModel.of_bracket(bracket), rectified_cameras(rig), 0, UNKNOWN, AT_PLACE, settings
+    )
     np.testing.assert_allclose(windows["half_rho"], settings.window_min_rho_px, atol=1e-3)
     np.testing.assert_allclose(windows["half_theta"], settings.window_min_theta, atol=1e-5)
     xy, _ = project_edges(rectified_cameras(rig), 0, prediction.T_world_target, bracket.edge_points)
@@ -127,7 +133,9 @@ def test_a_light_bar_is_expected_bright_on_the_side_of_its_other_edge(camera: in
     T = pose(0.7, 0.02, 0.08, 120.0, -7.0, 5.0)
     light = np.tile([1, -1], EDGES // 2)  # outer edges are bright inwards, inner ones outwards
     prediction = PredictedPose(T, np.eye(6) * 1e-12)
-    windows = predicted_windows(prediction, bracket.edge_points, cameras, camera, light, NavigatorSettings())
+    windows = predicted_windows(
+        prediction, EdgeModel.of_bracket(bracket), cameras, camera, light, AT_PLACE, NavigatorSettings()
+    )
     middle, _ = project_edges(cameras, camera, T, bracket.edge_points)
     for edge, window in enumerate(windows):
         other = middle[edge ^ 1].mean(axis=0)
@@ -138,11 +146,27 @@ def test_a_light_bar_is_expected_bright_on_the_side_of_its_other_edge(camera: in
 def test_a_vague_prediction_gives_no_windows() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     vague = PredictedPose(pose(0.8), np.diag([0.03, 0.03, 0.03, 0.1, 0.1, 0.1]) ** 2)
-    assert predicted_windows(vague, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings) is None
+    assert (
+        predicted_windows(vague, EdgeModel.of_bracket(bracket), rectified_cameras(rig), 0, UNKNOWN, AT_PLACE, settings)
+        is None
+    )
 
 
 def test_a_prediction_behind_the_cameras_is_refused() -> None:
     rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
     behind = PredictedPose(pose(-0.5), np.eye(6) * 1e-8)
     with pytest.raises(PoseError):
-        predicted_windows(behind, bracket.edge_points, rectified_cameras(rig), 0, UNKNOWN, settings)
+        predicted_windows(behind, EdgeModel.of_bracket(bracket), rectified_cameras(rig), 0, UNKNOWN, AT_PLACE, settings)
+
+
+def test_windows_lie_where_the_edges_are_seen_beside_their_projections() -> None:
+    """All edges moved by two pixels towards (-dy, dx): so do the windows, by their own normal's sense."""
+    rig, bracket, settings = example_rig(), bracket_target().bracket, NavigatorSettings()
+    cameras, model = rectified_cameras(rig), EdgeModel.of_bracket(bracket)
+    prediction = PredictedPose(pose(0.8, 0.02, 0.05, 10.0, -5.0, 8.0), np.eye(6) * 1e-14)
+    at_place = predicted_windows(prediction, model, cameras, 1, UNKNOWN, AT_PLACE, settings)
+    moved = predicted_windows(prediction, model, cameras, 1, UNKNOWN, AT_PLACE + 2.0, settings)
+    xy, _ = project_edges(cameras, 1, prediction.T_world_target, model.edge_points)
+    span = xy[:, 1] - xy[:, 0]
+    along_normal = -span[:, 1] * np.cos(at_place["theta"]) + span[:, 0] * np.sin(at_place["theta"])
+    np.testing.assert_allclose(moved["rho"] - at_place["rho"], 2.0 * np.sign(along_normal), atol=1e-9)

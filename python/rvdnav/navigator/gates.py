@@ -48,14 +48,13 @@ def failed_gates(
 ) -> frozenset[Reason]:
     """What speaks against publishing the measurement by itself; empty if nothing does.  config: the core's."""
     reasons = set()
-    pose, lines = measurement.pose, measurement.lines
+    pose = measurement.pose
     acquired = frame.bracket is not None
     if not _enough_shown(measurement, model, settings, acquired):
         reasons.add(Reason.TOO_FEW_LINES)
     if not measurement.settled:
         reasons.add(Reason.NOT_CONVERGED)
-    excess = float(np.median(blur_excess(measurement.blur[lines.camera, lines.edge])))
-    if _rms_px(measurement) > np.hypot(settings.max_rms_px, settings.max_rms_blurs * excess):
+    if _rms_px(measurement) > _largest_rms_px(measurement, model, rig, settings):
         reasons.add(Reason.RESIDUALS)
     views = len(measurement.cameras)
     if model.bracket is not None:
@@ -80,6 +79,16 @@ def failed_gates(
         alone = measurement.rival is None or _too_uncertain(measurement.own_covariance, distance, settings)
         reasons.add(Reason.COVARIANCE if alone else Reason.AMBIGUOUS)
     return frozenset(reasons)
+
+
+def _largest_rms_px(measurement: Measurement, model: EdgeModel, rig: Rig, settings: NavigatorSettings) -> float:
+    """What is known to a tolerance only, or seen blurred, may leave more of the edges than what is known exactly."""
+    lines = measurement.lines
+    pixel_m = float(np.linalg.norm(measurement.pose.T_world_target[:3, 3])) / rig.focal_rect
+    tolerance = float(np.sqrt(np.mean(model.point_sigmas**2))) / pixel_m
+    blur = float(np.median(blur_excess(measurement.blur[lines.camera, lines.edge])))
+    parts = (settings.max_rms_px, settings.max_rms_tolerances * tolerance, settings.max_rms_blurs * blur)
+    return float(np.linalg.norm(parts))
 
 
 def _too_uncertain(covariance: FloatArray, distance: float, settings: NavigatorSettings) -> bool:

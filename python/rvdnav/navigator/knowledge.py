@@ -7,6 +7,8 @@ may be displaced towards their bright or their dark side, by the camera's respon
 
 from __future__ import annotations
 
+from copy import copy
+
 import attrs
 import numpy as np
 
@@ -17,7 +19,7 @@ from rvdnav.navigator.geometry import project_edges, rectified_cameras
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.systematics import Group, Systematics
-from rvdnav.rig import Rig
+from rvdnav.rig import Rig, calibration_parameters
 
 TARGET, CALIBRATION, STEPS, EDGES = 0, 1, 2, 3
 """The groups, in their order."""
@@ -73,6 +75,16 @@ class Knowledge:
         self._effect = CalibrationEffect.of(rig) if covariance.any() else None
         self._directions = _root(covariance)
         self._views = len(rig.cameras)
+
+    def reduced(self, rig: Rig) -> Knowledge:
+        """The same errors, parameter by parameter, as they show in a rig's reduced images (`Rig.reduced`)."""
+        knowledge = copy(self)
+        factor = self._cameras.focal / rig.focal_rect
+        in_pixels = [name.partition(".")[2][0] in "fc" for name in calibration_parameters(len(rig.cameras))]
+        knowledge._directions = self._directions / np.where(in_pixels, factor, 1.0)[:, None]
+        knowledge._cameras = rectified_cameras(rig)
+        knowledge._effect = None if self._effect is None else CalibrationEffect.of(rig)
+        return knowledge
 
     @property
     def lasting(self) -> int:

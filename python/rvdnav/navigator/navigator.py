@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import attrs
@@ -25,7 +26,7 @@ from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.stage_times import now
 from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.navigator.transitions import next_state
-from rvdnav.navigator.views import Images
+from rvdnav.navigator.views import Images, noise_sigma, reduced, smoothed
 from rvdnav.pose import ConstantVelocityFilter, PoseError, PredictedPose
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
@@ -36,6 +37,18 @@ from rvdnav.target import Target
 _MIN_EDGES = 4
 # What no gate foresaw: numbers that determine no pose.
 _UNDETERMINED = (PoseError, np.linalg.LinAlgError, CoreError)
+# What noise or blur may have done to a target that is there: fewer pixels may show it.
+_HIDDEN = frozenset(
+    {
+        Reason.NO_TARGET,
+        Reason.LIMIT,
+        Reason.AMBIGUOUS,
+        Reason.TOO_FEW_LINES,
+        Reason.NOT_CONVERGED,
+        Reason.COVARIANCE,
+        Reason.DEGENERATE,
+    }
+)
 _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 
 
@@ -65,11 +78,13 @@ class Navigator:
         self._model = model
         config = {k: v for k, v in options.items() if k not in names}
         self._knowledge = Knowledge(rig, model if target.dimensions_known else model.exact)
+        self._reduction = self._settings.reduction(rig.width, rig.height)
+        seen = rig.reduced(self._reduction)
+        knowledge = self._knowledge if self._reduction == 1 else self._knowledge.reduced(seen)
         self._sizing = None
         if not target.dimensions_known:
-            self._sizing = SizingSurveyor(rig, target, self._knowledge, self._settings, **config)
-        core = Core(rig, target, **config)
-        self._surveyor = self._sizing or Surveyor(core, rig, model, self._knowledge, self._settings)
+            self._sizing = SizingSurveyor(seen, target, knowledge, self._settings, **config)
+        self._surveyor = self._sizing or Surveyor(Core(seen, target, **config), seen, model, knowledge, self._settings)
         self._filter = ConstantVelocityFilter()
         given = None if initial_pose is None else checked_pose(initial_pose, model, rectified_cameras(rig))
         self._memory = attrs.evolve(
@@ -167,6 +182,22 @@ class Navigator:
         return self._search(timestamp_ns, left_over, times), notes
 
     def _search(self, timestamp_ns: int, images: Images, times: dict[str, float]) -> Attempt:
+        """The target in the images as they are or, where noise or blur hide it, smoothed; first smoothed if there is
+        much noise."""
+        images = reduced(images, self._reduction)
+        noise = max(noise_sigma(image) for image in images if image is not None)
+        sigma = self._settings.smoothing_px * max(1.0, math.sqrt(noise / self._settings.noisy_sigma))
+        orders = (sigma, 0.0) if noise > self._settings.noisy_sigma else (0.0, sigma)
+        attempts: list[Attempt] = []
+        for smoothing in orders:
+            before = self._filter.state
+            attempts.append(self._searched(timestamp_ns, smoothed(images, smoothing), times))
+            if attempts[-1].passed or attempts[-1].unusable or not attempts[-1].reasons <= _HIDDEN:
+                return attempts[-1]
+            self._filter.state = before
+        return attempts[0]
+
+    def _searched(self, timestamp_ns: int, images: Images, times: dict[str, float]) -> Attempt:
         """Tracked where there is a prediction, else or failing that sought in the whole images."""
         prediction = self._prediction(timestamp_ns)
         tracked = None
@@ -248,10 +279,14 @@ class Navigator:
             covariance=measurement.own_covariance + self._memory.lasting_part,
             acquisition=attempt.acquisition,
             dimensions=self._learned_dimensions(),
-            line_residuals=edge_residuals(measurement, self._model),
+            line_residuals=edge_residuals(measurement, self._model, self._reduction),
             sigma0=measurement.pose.sigma0,
-            view_lines=attempt.segments,
+            view_lines=self._drawn(attempt),
         )
+
+    def _drawn(self, attempt: Attempt) -> dict[int, FloatArray]:
+        """Its segments in px of the images as they came."""
+        return {camera: self._reduction * ends for camera, ends in attempt.segments.items()}
 
     def _learned_dimensions(self) -> LearnedDimensions | None:
         sizes = None if self._sizing is None else self._sizing.sizes
@@ -281,7 +316,7 @@ class Navigator:
             covariance=None if prediction is None else prediction.covariance + self._memory.lasting_part,
             acquisition=None if attempt is None else attempt.acquisition,
             dimensions=self._learned_dimensions(),
-            view_lines={} if attempt is None else attempt.segments,
+            view_lines={} if attempt is None else self._drawn(attempt),
         )
 
     def _hold(self, timestamp_ns: int, state: State, attempt: Attempt | None) -> FloatArray | None:

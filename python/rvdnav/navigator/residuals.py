@@ -9,8 +9,11 @@ from rvdnav.navigator.measurement import Measurement
 from rvdnav.solution import LineResidual
 
 
-def edge_residuals(measurement: Measurement, model: EdgeModel) -> tuple[LineResidual, ...]:
-    """Residuals of every edge in every view: of its line's two endpoints against the pose."""
+def edge_residuals(measurement: Measurement, model: EdgeModel, reduction: int) -> tuple[LineResidual, ...]:
+    """Residuals of every edge in every view: of its line's two endpoints against the pose.
+
+    reduction: by which the measured images were reduced.
+    """
     lines, pose = measurement.lines, measurement.pose
     agreed = measurement.sampled.count(measurement.inlier)
     measured = {key: i for i, key in enumerate(zip(lines.camera.tolist(), lines.edge.tolist(), strict=True))}
@@ -20,6 +23,6 @@ def edge_residuals(measurement: Measurement, model: EdgeModel) -> tuple[LineResi
             i = measured.get((camera, edge))
             ends = np.zeros(2) if i is None else pose.residuals[i]
             samples = int(agreed[camera, edge])
-            rms, mean = float(np.sqrt(np.mean(ends**2))), float(np.mean(ends))
+            rms, mean = reduction * float(np.sqrt(np.mean(ends**2))), reduction * float(np.mean(ends))
             residuals.append(LineResidual(camera, name, samples > 0, samples, rms, mean))
     return tuple(residuals)

@@ -32,8 +32,10 @@ class NavigatorSettings:
     """Part of all edges' length, over the views together, that must agree with the pose."""
     min_displaced_bars: int = attrs.field(default=2)
     """Bars, counted in each view, that look measured a bar's width beside themselves, from which a pose is refused."""
-    max_rms_px: float = 0.6
+    max_rms_px: float = 0.4
     """Weighted RMS of the edge samples against the pose, pixels."""
+    max_rms_tolerances: float = 1.5
+    """What the tolerance of the target's points adds to that, as a part of its size in the image."""
     max_rms_blurs: float = 0.15
     """What an image out of focus or moved adds to that, as a part of the blur beyond a sharp image's."""
     max_disparity_px: float = 1.5
@@ -58,8 +60,22 @@ class NavigatorSettings:
     """Half-width of the windows in standard deviations of the prediction, beyond the least."""
     window_max_rho_px: float = 14.0
     """From this half-width on a window says too little, and the frame is searched without a prior."""
+    max_pixels: int = attrs.field(default=1_500_000)
+    """Images with more pixels are reduced by area, by the least power of two that brings them to this."""
+    noisy_sigma: float = 16.0
+    """White noise, grey levels, from which a target is sought in smoothed images first."""
+    smoothing_px: float = 1.0
+    """Standard deviation of that smoothing, also where the images as they are show no target; more if there is more
+    noise."""
     coast_seconds: float = 2.0
     """How long a target without a measurement is predicted before it is lost."""
+
+    def reduction(self, width: int, height: int) -> int:
+        """By which factor images of a size, px, are reduced."""
+        factor = 1
+        while (width // factor) * (height // factor) > self.max_pixels:
+            factor *= 2
+        return factor
 
     def __attrs_post_init__(self) -> None:
         for name, value in attrs.asdict(self).items():

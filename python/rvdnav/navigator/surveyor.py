@@ -13,8 +13,9 @@ from rvdnav.navigator.choice import best_attempt
 from rvdnav.navigator.coarse import coarse_pose
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.expectation import Expectation
+from rvdnav.navigator.faces import face_widths
 from rvdnav.navigator.gates import failed_gates
-from rvdnav.navigator.geometry import rectified_cameras
+from rvdnav.navigator.geometry import moved_ends, project_edges, rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.seeker import chosen_lines, seek
@@ -34,6 +35,10 @@ _UNLIKELY = 8.0
 # is wide enough for more.
 _MAX_SHIFT = 0.5
 _RANGE_MARGIN = 0.1
+# A measured edge lies beside the place where the search saw it if it is more than this part of its bar's width off.  A
+# pose shifted by a bar's width moves half of the edges along themselves, so that a third of them are asked.
+_BESIDE = 0.5
+_BESIDE_EDGES = 1.0 / 3.0
 # Part of all profiles that must agree where prints far from the edges were in the windows.
 _WIDE_COVERAGE = 0.8
 
@@ -147,7 +152,22 @@ class Surveyor:
         reasons = failed_gates(
             measurement, self._model, frame, self._rig, self._knowledge, self._settings, self._core.config
         )
+        if frame.bracket is not None and self._beside(measurement, prior):
+            reasons |= {Reason.DISPLACED}
         return Attempt(reasons, frame, images, measurement)
+
+    def _beside(self, measurement: Measurement, acquired: FloatArray) -> bool:
+        """Whether edges were measured about a bar's width beside where the search saw them, in the first view."""
+        camera = int(measurement.cameras[0])
+        T, z = measurement.pose.T_world_target, measurement.pose.z[: self._knowledge.lasting]
+        xy, before = (project_edges(self._cameras, camera, pose, self._model.edge_points)[0] for pose in (T, acquired))
+        ends = np.tile([0.0, 1.0], (len(self._model), 1))
+        xy = moved_ends(xy, ends, self._knowledge.edge_offsets(T, z)[camera])
+        span = before[:, 1] - before[:, 0]
+        normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.linalg.norm(span, axis=1)[:, None]
+        across = np.abs(np.einsum("mi,mi->m", (xy - before).mean(axis=1), normal))
+        width = np.abs(face_widths(self._cameras, T, self._model)[camera])
+        return bool(np.quantile(across / width, 1.0 - _BESIDE_EDGES) > _BESIDE)
 
     def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
         return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import attrs
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,10 @@ Images = tuple[PixelArray | None, ...]
 """Of each camera, 8-bit grey (height, width); None where it has none."""
 
 _SATURATED_GREY = 250
+# What a white noise of standard deviation 1 has after the mask of `noise_sigma`, and its median absolute value of it.
+_MASK_GAIN = 6.0
+_MEDIAN_OF_NORMAL = 0.6745
+_NOISE_STEP = 3
 
 
 @attrs.frozen(eq=False)
@@ -29,6 +34,38 @@ class View:
 
 
 Views = tuple[View | None, ...]
+
+
+def reduced(images: Images, factor: int) -> Images:
+    """Images of which each pixel is the mean of factor x factor, as `Rig.reduced` has them."""
+    if factor == 1:
+        return images
+    return tuple(None if image is None else _reduced(image, factor) for image in images)
+
+
+def _reduced(image: PixelArray, factor: int) -> PixelArray:
+    height, width = image.shape[0] // factor, image.shape[1] // factor
+    whole = image[: height * factor, : width * factor]
+    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def smoothed(images: Images, sigma: float) -> Images:
+    """Images smoothed by a Gaussian of a standard deviation, px; as they are for 0."""
+    if sigma == 0.0:
+        return images
+    return tuple(None if image is None else np.asarray(cv2.GaussianBlur(image, (0, 0), sigma)) for image in images)
+
+
+def noise_sigma(image: PixelArray) -> float:
+    """Standard deviation, grey levels, of an image's white noise, on every third row.
+
+    From the difference of two Laplacians, which planes and straight edges along the axes leave at zero; of that the
+    median, which the others leave alone too (J. Immerkaer, "Fast noise variance estimation", 1996).
+    """
+    rows = [image[k : image.shape[0] - 2 + k : _NOISE_STEP].astype(np.int16) for k in range(3)]
+    across = rows[0] - 2 * rows[1] + rows[2]
+    both = across[:, :-2] - 2 * across[:, 1:-1] + across[:, 2:]
+    return float(np.median(np.abs(both))) / (_MASK_GAIN * _MEDIAN_OF_NORMAL)
 
 
 def look(core: Core, images: Images, times: dict[str, float], windows: Sequence[Records] = ((), ())) -> FrameResult:

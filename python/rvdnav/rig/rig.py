@@ -212,6 +212,36 @@ class Rig:
             T_world_cam = world_from_camchain(make_T(exp(turn) @ T[:3, :3], T[:3, 3] + shift))
         return attrs.evolve(self, cameras=cameras, T_world_cam=T_world_cam)
 
+    def reduced(self, factor: int) -> Rig:
+        """The rig of images reduced by area: each pixel is the mean of factor x factor, what is left over is cut off.
+
+        Its calibration's covariance is this rig's, or what stands for it.  Raises ValueError for images that are too
+        small.
+        """
+        if factor == 1:
+            return self
+        cameras = [
+            attrs.evolve(
+                camera,
+                width=camera.width // factor,
+                height=camera.height // factor,
+                fx=camera.fx / factor,
+                fy=camera.fy / factor,
+                cx=(camera.cx + 0.5) / factor - 0.5,
+                cy=(camera.cy + 0.5) / factor - 0.5,
+            )
+            for camera in self.cameras
+        ]
+        in_pixels = [name.partition(".")[2][0] in "fc" for name in calibration_parameters(len(self.cameras))]
+        scale = np.where(in_pixels, 1.0 / factor, 1.0)
+        covariance = self.calibration_or_default * np.outer(scale, scale)
+        return attrs.evolve(
+            self,
+            cameras=cameras,
+            calibration_covariance=covariance,
+            line_delay_ns=factor * self.line_delay_ns,
+        )
+
     def _to_rect(self, p_rect: FloatArray) -> FloatArray:
         z = np.where(p_rect[..., 2:] > 0.0, p_rect[..., 2:], np.nan)
         xy: FloatArray = self.focal_rect * p_rect[..., :2] / z
