@@ -13,6 +13,7 @@ from drawn_scene import bracket_target, wide_rig
 from hypothesis import given
 from hypothesis import strategies as st
 from rvdnav.blackbox import exact
+from rvdnav.navigator.knowledge import Learned
 from rvdnav.navigator.memory import Memory
 from rvdnav.pose import FilterState
 from rvdnav.solution import Mode, State
@@ -83,8 +84,13 @@ def test_round_trip(value: Any) -> None:
 def test_a_memory_with_every_part() -> None:
     rng = np.random.default_rng(2)
     state = FilterState(2**62 + 1, rng.normal(size=(4, 4)), rng.normal(size=6), rng.normal(size=(12, 12)).T)
+    taught = Learned(rng.normal(size=(5, 5)), rng.normal(size=5), rng.random(4), 7)
     memory = attrs.evolve(
-        Memory.blank(2, 8), filter_state=state, image_digests=(b"left", None), held_odds=float(rng.normal())
+        Memory.blank(2, 8, 5),
+        learned=taught,
+        filter_state=state,
+        image_digests=(b"left", None),
+        held_odds=float(rng.normal()),
     )
     assert_same_bits(round_trip(memory), memory)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import attrs
@@ -125,7 +126,11 @@ def test_a_target_without_bracket(folder: Path, tmp_path: Path, capsys: pytest.C
     assert "every other edge" in capsys.readouterr().out
 
 
-def test_the_example_has_no_calibration_covariance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["budget", str(EXAMPLE), "--out", str(tmp_path), "--ranges", "0.8", "--angles", "0"]
+def test_a_rig_without_a_calibration_covariance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "unstated"
+    folder.mkdir()
+    for name in ("camchain.yaml", "target.yaml"):
+        shutil.copy(EXAMPLE / name, folder)
+    arguments = ["budget", str(folder), "--out", str(tmp_path), "--ranges", "0.8", "--angles", "0"]
     assert execute(arguments) == 0
     assert "none in rig.yaml" in capsys.readouterr().out
