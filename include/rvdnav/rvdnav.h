@@ -233,7 +233,7 @@ typedef struct rvdnav_model_edge {
   double x0, y0, x1, y1;
   double face;      /* width, pixels, of the even face that it bounds: positive where that lies towards the normal
                        (-(y1-y0), x1-x0), negative where away from it; 0: unknown */
-  double blur;      /* standard deviation of its step's blur, pixels; 0: that of the call */
+  double blur;      /* standard deviation of its step's blur, pixels [0, 10]; 0: that of the call */
   int32_t polarity; /* +1: brighter towards the normal, -1: darker, 0: either */
   int32_t reserved;
 } rvdnav_model_edge;

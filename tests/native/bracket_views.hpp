@@ -92,6 +92,18 @@ inline void add_bracket(View& view, int camera, const Pose& pose, plain::Random&
   }
 }
 
+// Moves everything in a view by so many pixels.
+inline void shift(View& view, const Vector2d& by) {
+  for (size_t i = 0; i < view.segments.size(); ++i) {
+    rvdnav_segment& s = view.segments[i];
+    const rvdnav::Line2& line = view.lines[i];
+    s.rho += line.normal.dot(by);
+    s.t_min += line.direction().dot(by);
+    s.t_max += line.direction().dot(by);
+    view.lines[i] = rvdnav::Line2::from_angle(s.rho, s.theta);
+  }
+}
+
 // Short lines anywhere, and a panel: a grid of thin bright lines, each with two edges.
 inline void add_distractors(View& view, plain::Random& random, int count) {
   const auto anywhere = [&] { return Vector2d(random.real(-340, 340), random.real(-280, 280)); };

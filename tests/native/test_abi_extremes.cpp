@@ -279,10 +279,29 @@ TEST_CASE("windows and model edges at their extremes") {
       run_frame(owner, small_rig(), window);
     }
     for (double rvdnav_model_edge::*field : {&rvdnav_model_edge::x0, &rvdnav_model_edge::y0, &rvdnav_model_edge::x1,
-                                             &rvdnav_model_edge::y1, &rvdnav_model_edge::face}) {
+                                             &rvdnav_model_edge::y1, &rvdnav_model_edge::face, &rvdnav_model_edge::blur}) {
       rvdnav_model_edge edge = kEdge;
       edge.*field = value;
       run_frame(owner, small_rig(), kWindow, edge);
     }
+  }
+}
+
+TEST_CASE("the blur of a model edge has a range") {
+  const rvdnav_target target = scene::target();
+  const scene::Owner owner(scene::config(), scene::rig(), &target);
+  REQUIRE(owner.status == RVDNAV_OK);
+  const std::vector<uint8_t> pixels = scene::draw(0, {0.8, 0.0, 0.0, 0.0});
+  const rvdnav_image image = scene::image(pixels);
+  rvdnav_edge_sample samples[64];
+  uint32_t count = 0;
+  const auto measure = [&](double blur) {
+    rvdnav_model_edge edge = kEdge;
+    edge.blur = blur;
+    return rvdnav_measure_edges(owner.context, 0, &image, &edge, 1, 3.5, 1.0, 0.0, samples, 64, &count);
+  };
+  for (const double blur : {0.0, 1e-300, 0.7, 10.0}) CHECK(measure(blur) == RVDNAV_OK);
+  for (const double blur : {-1e-3, 10.001, static_cast<double>(INFINITY), std::nan("")}) {
+    CHECK(measure(blur) == RVDNAV_ERROR_ARGUMENT);
   }
 }

@@ -20,7 +20,8 @@ namespace {
 const BracketModel kModel = make_bracket_model(scene::target());
 constexpr RangeGate kGate = {0.25, 1.7};
 
-rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool with_right = true) {
+rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool with_right = true,
+                       const BracketModel& model = kModel) {
   const bool present[2] = {with_left, with_right};
   ViewSegments faces[2] = {};
   std::vector<Proposal> proposals;
@@ -34,13 +35,13 @@ rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool
                                      bars.data(), 256, &total);
     Proposal found[32];
     bool limited = false;
-    const uint32_t n = propose_brackets(views::rig(), kModel, camera, {faces[camera], bars.data(), count}, kGate, 20000,
+    const uint32_t n = propose_brackets(views::rig(), model, camera, {faces[camera], bars.data(), count}, kGate, 20000,
                                         found, 32, &limited);
     proposals.insert(proposals.end(), found, found + n);
   }
   Eigen::Vector2d right_shift;
   bool loose = false;
-  return acquire_bracket(views::rig(), kModel, faces, present, kGate, proposals.data(),
+  return acquire_bracket(views::rig(), model, faces, present, kGate, proposals.data(),
                          static_cast<uint32_t>(proposals.size()), &right_shift, &loose);
 }
 
@@ -369,4 +370,43 @@ TEST_CASE("work limits are kept and told") {
   CHECK(limited == (all > 1));
   CHECK(propose_brackets(views::rig(), kModel, 0, with_bars, kGate, 1, proposals, 32, &limited) <= 2);
   CHECK(limited);
+}
+
+TEST_CASE("a bracket a millimetre off before a right view some pixels off is acquired loosely") {
+  plain::Random random(73);
+  int found = 0;
+  constexpr int kScenes = plain::scenes(40);
+  for (int i = 0; i < kScenes; ++i) {
+    const Pose truth = random_pose(random, 0.5, 1.2, 0.4, M_PI);
+    rvdnav_target told = scene::target();
+    for (int corner = 0; corner < 4; ++corner) {
+      for (int k = 1; k < 3; ++k) {
+        told.outer[corner][k] += random.between(0, 1) == 0 ? 1e-3 : -1e-3;
+        told.inner[corner][k] += random.between(0, 1) == 0 ? 1e-3 : -1e-3;
+      }
+    }
+    View both[2];
+    for (int camera = 0; camera < 2; ++camera) {
+      views::add_distractors(both[camera], random, 20);
+      views::add_bracket(both[camera], camera, truth, random, 0.2);
+    }
+    views::shift(both[1], {6.0, -5.0});
+    const rvdnav_bracket bracket = acquire(both, true, true, make_bracket_model(told));
+    if (bracket.found == 0) continue;
+    ++found;
+    const Pose pose = pose_of(bracket);
+    CHECK(shift_of(pose, truth) < 0.1);  // the shift changes the disparity, and with it the range
+    CHECK(turn_of(pose, truth) < 0.25);
+  }
+  CHECK(found >= 3 * kScenes / 4);
+}
+
+TEST_CASE("nothing is acquired loosely where nothing is") {
+  plain::Random random(74);
+  for (int i = 0; i < plain::scenes(20); ++i) {
+    View both[2];
+    for (View& view : both) views::add_distractors(view, random, 80);
+    views::shift(both[1], {6.0, -5.0});
+    CHECK(acquire(both).found == 0);
+  }
 }

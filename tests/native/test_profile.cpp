@@ -237,3 +237,41 @@ TEST_CASE("a full array keeps its place and the total tells of the rest") {
   CHECK(samples[5].edge == -7);
   CHECK(samples[0].fraction < samples[4].fraction);
 }
+
+TEST_CASE("both edges of a bar narrower than its blur are measured at once") {
+  plain::Random random(89);
+  const rvdnav_rig rig = small_rig();
+  for (const double lens : {1.5, 2.0, 3.0, 4.0}) {
+    const double blur = std::sqrt(lens * lens + 1.0 / 12.0);
+    for (const double width : {4.0, 6.0, 8.0}) {
+      double together = 0.0;
+      double alone = 0.0;
+      for (int i = 0; i < 4; ++i) {
+        const Line2 line = Line2::from_angle(random.real(-5, 5), random.real(-M_PI, M_PI));
+        const plain::Grey image = draw(rig, 0, line, {40.0, lens, {{0.0, 120.0}, {width, -120.0}}}, 1.0, random);
+        const ProfileSettings settings = {6.0, 1.0, blur};
+        const auto bar = measure(rig, image, edge_along(line, random.real(-0.5, 0.5), -35, 35, 1, width), settings);
+        const auto step = measure(rig, image, edge_along(line, 0.0, -35, 35, 1), settings);
+        REQUIRE(bar.size() >= 60);
+        together += distances(sloped(bar), line).mean / 4.0;
+        alone += step.empty() ? 1.0 : distances(step, line).mean / 4.0;
+      }
+      CHECK(std::abs(together) < 0.05);
+      if (width <= 2.4 * blur) CHECK(std::abs(together) < 0.5 * std::abs(alone));
+    }
+  }
+}
+
+TEST_CASE("an edge's own blur takes the place of the call's") {
+  plain::Random random(90);
+  const rvdnav_rig rig = small_rig();
+  const Line2 line = Line2::from_angle(3.0, 0.6);
+  const plain::Grey image = draw(rig, 0, line, {40.0, 3.0, {{0.0, 120.0}, {6.0, -120.0}}}, 1.0, random);
+  rvdnav_model_edge edge = edge_along(line, 0.2, -35, 35, 1, 6.0);
+  const auto expected = measure(rig, image, edge, {6.0, 1.0, 3.0});
+  edge.blur = 3.0;
+  const auto own = measure(rig, image, edge, {6.0, 1.0, kBlur});
+  REQUIRE(own.size() == expected.size());
+  REQUIRE(own.size() >= 60);
+  for (size_t i = 0; i < own.size(); ++i) CHECK(own[i].offset == expected[i].offset);
+}
