@@ -64,6 +64,7 @@ class Reason(enum.Enum):
     TIME_ORDER = "the frame is not newer than the one before"
     UNKNOWN_SIZE = "the target's size is not known yet, and one camera cannot measure it"
     DUPLICATE = "an image is the one before once more"
+    INTERLACED = "the images are interlaced, and rig.yaml does not say so"
 
     @property
     def description(self) -> str:

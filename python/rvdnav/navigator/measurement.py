@@ -114,6 +114,13 @@ class Measurement:
         total = brighter - darker
         return np.where(np.abs(total) > _SAME_POLARITY * (brighter + darker), np.sign(total), 0)
 
+    def between(self, other: Measurement) -> Measurement:
+        """Half way to another one, where the truth may be at either; that errs alike in all frames."""
+        half = 0.5 * difference(other.pose.T_world_target, self.pose.T_world_target)
+        T = perturb(self.pose.T_world_target, half)
+        covariance = self.pose.covariance + np.outer(half, half)
+        return attrs.evolve(self, pose=attrs.evolve(self.pose, T_world_target=T, covariance=covariance))
+
     @property
     def total_coverage(self) -> float:
         """Part of all profiles on the images that agree with the pose."""

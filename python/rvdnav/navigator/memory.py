@@ -23,7 +23,8 @@ class Memory:
     one view leaves two poses and neither is published, the filter follows the likelier; the logarithm of its odds.
     lasting_part (6, 6): of the last published covariance, what errs alike in all frames.  initial_pose (4, 4): given
     by the caller, until a pose is published or the target lost.  learned: of the lasting errors of target and rig.
-    sizes: of a target of unknown size, None before it was first seen.
+    sizes: of a target of unknown size, None before it was first seen.  interlaced: logarithm of the odds that the
+    images are, by the frames so far.
     """
 
     state: State
@@ -37,6 +38,7 @@ class Memory:
     held_odds: float | None = None
     initial_pose: FloatArray | None = None
     sizes: Sizes | None = None
+    interlaced: float = 0.0
 
     @classmethod
     def blank(cls, cameras: int, edges: int, lasting: int) -> Memory:

@@ -13,6 +13,7 @@ from rvdnav.errors import CoreError, InputError
 from rvdnav.navigator.attempt import Attempt
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
+from rvdnav.navigator.fields import Fields, declared_fields, noticed_fields
 from rvdnav.navigator.gates import plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
@@ -23,7 +24,7 @@ from rvdnav.navigator.memory import Memory
 from rvdnav.navigator.residuals import edge_residuals
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.sizing import SizingSurveyor
-from rvdnav.navigator.stage_times import now
+from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.surveyor import Surveyor
 from rvdnav.navigator.transitions import next_state
 from rvdnav.navigator.views import Images, noise_sigma, reduced, smoothed
@@ -141,16 +142,35 @@ class Navigator:
         self._remember(image_digests=digests)
         if all(image is None for image in images):
             return self._without_pose(frame.timestamp_ns, notes, None)
+        start = now()
+        fields = self._fields(images)
+        lap(times, "fields", start)
+        if fields.noticed:
+            notes |= {Reason.INTERLACED}
         unmeasured = self.memory
         try:
-            attempt, unusable = self._measure(frame.timestamp_ns, images, times)
+            attempt, unusable = self._measure(frame.timestamp_ns, fields.first, times)
             notes |= unusable
             if attempt.reasons or attempt.measurement is None:
                 return self._without_pose(frame.timestamp_ns, notes | attempt.reasons, attempt)
-            return self._published(frame.timestamp_ns, notes, attempt, attempt.measurement)
+            measurement = attempt.measurement
+            if fields.second is not None:
+                other, _ = self._measure(frame.timestamp_ns, fields.second, times)
+                if other.reasons or other.measurement is None:
+                    return self._without_pose(frame.timestamp_ns, notes | other.reasons, other)
+                measurement = measurement.between(other.measurement)
+            return self._published(frame.timestamp_ns, notes, attempt, measurement)
         except _UNDETERMINED:
             self.memory = unmeasured
             return self._without_pose(frame.timestamp_ns, notes | {Reason.DEGENERATE}, None)
+
+    def _fields(self, images: Images) -> Fields:
+        """The images as they are measured: of interlaced ones the fields."""
+        if self._rig.scan != "progressive":
+            return declared_fields(images, self._rig.scan)
+        fields, odds = noticed_fields(images, self._memory.interlaced)
+        self._remember(interlaced=odds)
+        return fields
 
     def _check_sizes(self, frame: Frame) -> None:
         width, height = self._rig.width, self._rig.height
