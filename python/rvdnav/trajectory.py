@@ -64,6 +64,12 @@ class Truth:
         pose: FloatArray = self.T_world_target[index]
         return pose
 
+    def nearest_ns(self, timestamps_ns: Iterable[int]) -> int | None:
+        """How far the nearest pose is from any of these times, ns; None without poses or times."""
+        if not len(self):
+            return None
+        return min((int(np.abs(self.timestamps_ns - stamp).min()) for stamp in timestamps_ns), default=None)
+
 
 def read_tum(path: str | Path) -> Truth:
     """The poses of a TUM file; none at all is no fault.

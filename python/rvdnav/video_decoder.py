@@ -89,7 +89,8 @@ def _stamp(ticks: int, stream: VideoStream) -> int:
     """Of a moment since the stream's start, ns, rounded."""
     if stream.time_base is None:
         raise ValueError("it has no unit of time")
-    return round((ticks - (stream.start_time or 0)) * stream.time_base * 1_000_000_000)
+    stamp_ns: int = round((ticks - (stream.start_time or 0)) * stream.time_base * 1_000_000_000)
+    return stamp_ns
 
 
 if __name__ == "__main__":

@@ -52,6 +52,16 @@ def test_a_drawn_board(pairs: list[ImagePair]) -> None:
     assert abs(calibration.stretch) < 4.0 * calibration.sigma_stretch < 0.004
 
 
+def test_a_board_off_by_a_thousandth_is_within_the_stated_sigmas(pairs: list[ImagePair]) -> None:
+    for scale in (0.999, 1.001):
+        rig = calibrate(pairs, attrs.evolve(BOARD, square=BOARD.square * scale)).rig
+        assert rig.calibration_covariance is not None
+        t = T_cam1_cam0(rig)[:3, 3]
+        sigma = np.sqrt(t @ rig.calibration_covariance[-3:, -3:] @ t) / rig.baseline
+        assert rig.baseline == pytest.approx(scale * RIG.baseline, rel=2e-4)
+        assert abs(rig.baseline - RIG.baseline) < 3.0 * sigma < 4e-3 * RIG.baseline
+
+
 def test_views_that_are_no_good_are_dropped_with_the_reason(pairs: list[ImagePair]) -> None:
     T = BOARDS[2]
     left, right = pairs[2].images

@@ -1,5 +1,6 @@
 """The command line: files, exit codes and one clear line for a user's mistake."""
 
+import errno
 import json
 import os
 import signal
@@ -172,6 +173,58 @@ def test_black_boxes_of_an_earlier_run_are_gone(sequence, tmp_path):
     assert not old.parent.exists()
 
 
+@pytest.mark.parametrize(
+    ("writer", "left"), [("write_solutions", []), ("write_report", ["poses.tum", "solutions.jsonl"])]
+)
+def test_a_full_disk_is_one_line(sequence, tmp_path, monkeypatch, capsys, writer, left):
+    def full(*_args, **_keywords):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(rvdnav.cli.run, writer, full)
+    out = tmp_path / "out"
+    assert execute(["run", str(sequence), "--out", str(out)]) == 2
+    assert "cannot be written" in (line := stderr_line(capsys))
+    assert line.endswith("No space left on device")
+    assert (sorted(path.name for path in out.iterdir()) if out.exists() else []) == left
+
+
+def test_a_folder_whose_name_is_no_text(sequence, tmp_path, capsys):
+    odd = sequence.rename(os.fsdecode(os.fsencode(tmp_path) + b"/odd\xff"))
+    assert execute(["run", str(odd), "--out", str(tmp_path / "out")]) in (0, 2)
+    assert (tmp_path / "out" / "poses.tum").exists()
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_closed_pipe_loses_nothing_but_the_text(tmp_path):
+    command = [sys.executable, "-c", "from rvdnav.cli import main; main()", "run", str(EXAMPLE), "--out", str(tmp_path)]
+    read, write = os.pipe()
+    os.close(read)
+    result = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.tum", "report.html", "solutions.jsonl"]
+
+
+def test_notes_of_one_kind_are_counted(sequence, tmp_path, capsys):
+    for image in sorted((sequence / "cam1" / "data").iterdir())[1:5]:
+        image.write_bytes(image.read_bytes()[:60])
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 0
+    assert stderr_line(capsys).endswith("(and 3 more like it)")
+
+
+def test_a_run_over_another_sequence_is_not_evaluated(sequence, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert execute(["run", str(sequence), "--out", str(out)]) == 0
+    solutions = out / "solutions.jsonl"
+    # An hour later, as the frames of another run would be.
+    shifted = re.sub(r'("timestamp_ns": )(\d+)', lambda m: m[1] + str(int(m[2]) + 3600 * 10**9), solutions.read_text())
+    solutions.write_text(shifted)
+    add_truth(sequence)
+    capsys.readouterr()
+    assert execute(["evaluate", str(sequence), str(out)]) == 2
+    assert "is it a run over another sequence?" in stderr_line(capsys)
+
+
 def test_every_frame_dropped_is_bad_input(sequence, tmp_path, capsys):
     assert execute(["run", str(sequence), "--out", str(tmp_path / "out"), "--fault", "dropped:all"]) == 2
     assert "holds no frames" in stderr_line(capsys)
@@ -190,7 +243,7 @@ def test_a_truth_of_another_time_is_no_hindrance_to_run(sequence, tmp_path, caps
     write_tum(sequence / "groundtruth.tum", [(5, np.eye(4))])
     out = tmp_path / "out"
     assert execute(["run", str(sequence), "--out", str(out)]) == 0
-    capsys.readouterr()
+    assert "no frame has a true pose within 1 us: the nearest is" in stderr_line(capsys)
     assert execute(["evaluate", str(sequence), str(out)]) == 2
     assert "no frame of the run has a true pose" in stderr_line(capsys)
 

@@ -1,12 +1,13 @@
 """The files of a run: whole or not at all, and what is read back."""
 
+import errno
 import json
 import os
 
 import numpy as np
 import pytest
 from rvdnav.errors import InputError
-from rvdnav.output import read_solutions, staged_directory, write_solutions
+from rvdnav.output import read_solutions, staged_directory, staged_report, write_solutions
 from solutions import a_run
 
 TIMES = [1_700_000_000_000_000_000 + 125_000_000 * i for i in range(8)]
@@ -108,3 +109,17 @@ def test_pose_file_and_solutions_must_agree(tmp_path):
     (tmp_path / "solutions.jsonl").write_text("\n".join(json.dumps(one) for one in changed))
     with pytest.raises(InputError, match=r"poses\.tum: the pose at 1700000000250000000 ns"):
         read_solutions(tmp_path)
+
+
+def test_a_report_that_cannot_be_written_leaves_the_results(tmp_path):
+    (tmp_path / "poses.tum").write_text("results")
+    (tmp_path / "report.html").write_text("of an earlier run")
+
+    def write():
+        with staged_report(tmp_path, "report.html") as page:
+            page.write_text("half")
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(InputError, match=r"report\.html: cannot be written, the results are there without it: .*space"):
+        write()
+    assert tree(tmp_path) == ["poses.tum"]

@@ -226,6 +226,7 @@ FAULTS = [
     ("distortion_model: radtan", "distortion_model: fov", "'fov' is not supported"),
     ("camera_model: pinhole", "camera_model: omni", "'omni' is not supported"),
     ("-0.0004]", "-0.0004, 0.01]", "cam0.distortion_coeffs is not a list of 4 numbers"),
+    ("intrinsics: [66.8", "intrinsics: [1.0e+5", "cam0: fx = 100000 is not 7 to 7000 px"),
     ("intrinsics: [66.8", "intrinsics: [1.0e+300", "cam0.intrinsics is beyond 1e+30"),
     ("resolution: [70, 58]", "resolution: [7000, 5800]", "cam0.resolution is 7000 x 5800: a side has 16 to 4096 px"),
     ("[-0.2, 0.06", "[-3.0, 0.06", "cam0: the distortion folds back inside the image"),

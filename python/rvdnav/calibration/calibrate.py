@@ -25,6 +25,8 @@ from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, world_from_camchain
 
 MIN_VIEWS = 3
+SQUARE_SIGMA = 0.001
+"""How well the size of a board's squares is known, as a share: it scales the baseline, and no picture shows it."""
 _MISFIT_RATIO = 4.0
 _MISFIT_FLOOR_PX = 0.25
 """A view is dropped whose RMS is this many times the views' median, and above the floor."""
@@ -196,8 +198,11 @@ def _measured_again(
 
 def _rig(adjustment: Adjustment) -> Rig:
     model = adjustment.model
+    covariance = adjustment.covariance.copy()
+    shift = model.T_cam1_cam0[:3, 3]
+    covariance[-3:, -3:] += SQUARE_SIGMA**2 * np.outer(shift, shift)
     try:
-        rig = Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), adjustment.covariance)
+        rig = Rig(model.cameras, world_from_camchain(model.T_cam1_cam0), covariance)
         Core(rig)  # what the navigator would refuse is no result
         return rig
     except (ValueError, CoreError) as error:

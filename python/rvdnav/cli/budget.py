@@ -25,10 +25,11 @@ from rvdnav.budget.rows import (
 )
 from rvdnav.cli.terminal import console, print_note, progress_bars
 from rvdnav.errors import InputError
-from rvdnav.output import staged_directory
+from rvdnav.output import staged_report
 from rvdnav.rig import CAMCHAIN, RIG, load_rig
 from rvdnav.target import load_target
 
+REPORT = "budget.html"
 _TARGET = "target.yaml"
 
 
@@ -60,26 +61,26 @@ def budget(
     for notice in notices:
         print_note(notice)
     known = load_target(folder / _TARGET if target is None else target)
-    with staged_directory(out) as staging:
-        try:
-            with progress_bars() as tell:
-                result = draw_up(
-                    folder.resolve().name,
-                    rig,
-                    known,
-                    assumptions,
-                    ranges=distances,
-                    angles=[math.radians(angle) for angle in degrees],
-                    at=detail,
-                    requirements=wanted,
-                    checked=checked,
-                    drawn=partial(tell, "Monte Carlo"),
-                )
-        except ValueError as error:  # a lens that folds back as soon as its calibration errs a little
-            raise InputError(f"{path}: no budget can be drawn up: {error}") from error
-        write_budget(staging / "budget.html", result)
+    try:
+        with progress_bars() as tell:
+            result = draw_up(
+                folder.resolve().name,
+                rig,
+                known,
+                assumptions,
+                ranges=distances,
+                angles=[math.radians(angle) for angle in degrees],
+                at=detail,
+                requirements=wanted,
+                checked=checked,
+                drawn=partial(tell, "Monte Carlo"),
+            )
+    except ValueError as error:  # a lens that folds back as soon as its calibration errs a little
+        raise InputError(f"{path}: no budget can be drawn up: {error}") from error
     _print(result)
-    console.print(f"report: {out / 'budget.html'}", soft_wrap=True)
+    with staged_report(out, REPORT) as page:
+        write_budget(page, result)
+    console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0 if all(check.agrees for check in result.checks) else 1
 
 

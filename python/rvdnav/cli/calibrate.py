@@ -12,11 +12,12 @@ from rich.table import Table
 
 from rvdnav.calibration import Board, Calibration, CalibrationError, Dropped, calibrate, read_pairs
 from rvdnav.calibration.board import parse_corners, parse_length
+from rvdnav.calibration.calibrate import SQUARE_SIGMA
 from rvdnav.calibration.opencv_file import OPENCV_FILE, save_opencv
 from rvdnav.calibration.page import verdict, verdict_sentence, write_calibration
 from rvdnav.cli.terminal import console, errors, print_note
 from rvdnav.errors import InputError, one_line
-from rvdnav.output import staged_directory
+from rvdnav.output import staged_directory, staged_report
 from rvdnav.rig import save_rig
 
 REPORT = "calibration.html"
@@ -62,11 +63,12 @@ def calibrate_folder(
     with staged_directory(out) as staging:
         save_rig(calibration.rig, staging)
         save_opencv(calibration.rig, staging / OPENCV_FILE)
-        write_calibration(staging / REPORT, one_line(path.resolve().name), calibration, judged)
     _print_result(calibration)
     console.print(verdict_sentence(calibration, judged), soft_wrap=True)
     for view in judged.suggested[:1]:
         console.print(f"the next picture would help most {view.description}", soft_wrap=True)
+    with staged_report(out, REPORT) as page:
+        write_calibration(page, one_line(path.resolve().name), calibration, judged)
     console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0
 
@@ -131,7 +133,9 @@ def _print_result(calibration: Calibration) -> None:
     table.add_column()
     for heading in ("left", "right"):
         table.add_column(heading, justify="right")
-    sigmas = np.sqrt(np.diag(adjustment.covariance))
+    covariance = rig.calibration_covariance
+    assert covariance is not None
+    sigmas = np.sqrt(np.diag(covariance))
     own = sigmas[:16].reshape(2, 8)
     values = np.array([[c.fx, c.fy, c.cx, c.cy, *c.distortion] for c in rig.cameras])
     for index, name in enumerate(("fx, px", "fy, px", "cx, px", "cy, px", "k1", "k2", "p1", "p2")):
@@ -140,7 +144,10 @@ def _print_result(calibration: Calibration) -> None:
         table.add_row(name, *cells)
     console.print(table)
     t = adjustment.model.T_cam1_cam0[:3, 3]
-    sigma_baseline = float(np.sqrt(t @ adjustment.covariance[-3:, -3:] @ t)) / rig.baseline
-    console.print(f"baseline: {rig.baseline * 1e3:.3f} ± {sigma_baseline * 1e3:.3f} mm, if the squares are as stated")
+    sigma_baseline = float(np.sqrt(t @ covariance[-3:, -3:] @ t)) / rig.baseline
+    console.print(
+        f"baseline: {rig.baseline * 1e3:.3f} ± {sigma_baseline * 1e3:.3f} mm, "
+        f"of it {100.0 * SQUARE_SIGMA:g} % for the size of the squares"
+    )
     used = len(calibration.views)
     console.print(f"views: {used} used, {len(calibration.dropped)} dropped; RMS {adjustment.rms_px:.3f} px")

@@ -13,7 +13,7 @@ from rvdnav.campaign.store import RESULTS
 from rvdnav.campaign.summary import CONFIDENCE
 from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
-from rvdnav.output import staged_directory
+from rvdnav.output import staged_report
 
 
 def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: int) -> int:
@@ -29,10 +29,10 @@ def campaign(path: Path, out: Path, backend: str, scheduler: str | None, jobs: i
     with progress_bars() as tell:
         rows = run_campaign(plan, out, Pool(backend, scheduler, jobs), tell)
     summary = summarise(rows)
-    with staged_directory(out) as staging:
-        write_campaign_report(staging / REPORT, plan.name, summary, rows)
     _print(summary)
     console.print(f"results: {out / RESULTS}", soft_wrap=True)
+    with staged_report(out, REPORT) as page:
+        write_campaign_report(page, plan.name, summary, rows)
     console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0 if summary.overall.published else 1
 

@@ -9,9 +9,11 @@ from rvdnav.cli.blackboxes import black_boxes
 from rvdnav.cli.tables import print_evaluation
 from rvdnav.cli.terminal import console
 from rvdnav.errors import InputError
-from rvdnav.output import read_solutions, staged_directory
+from rvdnav.output import read_solutions, staged_report
 from rvdnav.report import write_report
 from rvdnav.sequence import open_sequence
+
+REPORT = "evaluation.html"
 
 
 def evaluate(path: Path, directory: Path) -> int:
@@ -20,16 +22,18 @@ def evaluate(path: Path, directory: Path) -> int:
     if sequence.truth is None:
         raise InputError(f"{path / 'groundtruth.tum'}: no such file; nothing to compare with")
     solutions = read_solutions(directory)
+    if not {solution.timestamp_ns for solution in solutions} & set(sequence.timestamps_ns):
+        raise InputError(f"{directory}: no frame of the run is one of {path}: is it a run over another sequence?")
     result = evaluation.evaluate(solutions, sequence.truth)
-    with staged_directory(directory) as staging:
+    print_evaluation(result)
+    with staged_report(directory, REPORT) as page:
         write_report(
-            staging / "evaluation.html",
+            page,
             path.resolve().name,
             solutions,
             truth=sequence.truth,
             evaluation=result,
             black_boxes=black_boxes(directory, solutions),
         )
-    print_evaluation(result)
-    console.print(f"plots: {directory / 'evaluation.html'}", soft_wrap=True)
+    console.print(f"plots: {directory / REPORT}", soft_wrap=True)
     return 0 if result.published else 1

@@ -8,7 +8,7 @@ from rvdnav.cli.tables import print_cloud
 from rvdnav.cli.terminal import console
 from rvdnav.core import Core
 from rvdnav.errors import InputError
-from rvdnav.output import staged_directory
+from rvdnav.output import staged_directory, staged_report
 from rvdnav.reconstruction import ply_bytes, reconstruct
 from rvdnav.report import write_cloud_report
 from rvdnav.sequence import Sequence, open_sequence
@@ -34,8 +34,9 @@ def reconstruct_frame(path: Path, index: int, out: Path) -> int:
     cloud = reconstruct(Core(sequence.rig), frame.left.pixels, frame.right.pixels)
     with staged_directory(out.parent) as staging:
         (staging / out.name).write_bytes(ply_bytes(cloud))
-        write_cloud_report(staging / report.name, f"{path.resolve().name}, frame {index}", cloud, frame, sequence.rig)
     print_cloud(cloud)
+    with staged_report(report.parent, report.name) as page:
+        write_cloud_report(page, f"{path.resolve().name}, frame {index}", cloud, frame, sequence.rig)
     console.print(f"report: {report}", soft_wrap=True)
     return 0 if len(cloud) else 1
 

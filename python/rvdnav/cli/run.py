@@ -11,7 +11,7 @@ from rvdnav import Navigator, open_sequence
 from rvdnav.blackbox import Recorder
 from rvdnav.cli.blackboxes import BLACK_BOXES, black_boxes
 from rvdnav.cli.tables import print_responses, print_summary
-from rvdnav.cli.terminal import console, print_note, progress_bars
+from rvdnav.cli.terminal import console, print_note, print_notes, progress_bars
 from rvdnav.core import Core
 from rvdnav.errors import InputError
 from rvdnav.evaluation import Evaluation, evaluate
@@ -77,7 +77,6 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
     navigator = Navigator(sequence.rig, sequence.target, **options)
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
-    told: set[str] = set()
     rate = NavigatorSettings().rate_notice(sequence.timestamps_ns)
     if rate is not None:
         print_note(rate)
@@ -85,16 +84,18 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
         for frame in sequence:
             solutions.append(recorder.process(frame))
             tell("frames", len(solutions), len(sequence))
-            for notice in sequence.notices:
-                if notice not in told:
-                    print_note(notice)
-                    told.add(notice)
+    print_notes(sequence.notices)
     return solutions, navigator.learned_target or sequence.target
 
 
 def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:
     truth = sequence.truth
-    if truth is None or all(truth.at(solution.timestamp_ns) is None for solution in solutions):
+    if truth is None:
+        return None
+    if all(truth.at(solution.timestamp_ns) is None for solution in solutions):
+        off = truth.nearest_ns(solution.timestamp_ns for solution in solutions)
+        nearest = "holds no poses" if off is None else f"the nearest is {off / 1e6:.4g} ms off"
+        print_note(f"groundtruth.tum: no frame has a true pose within 1 us: {nearest}")
         return None
     return evaluate(solutions, truth)
 

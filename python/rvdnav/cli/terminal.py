@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rvdnav.errors import one_line
+
+_NUMBER = re.compile(r"\d+")
 
 
 class _Output(Console):
@@ -31,6 +34,15 @@ errors = _Output(stderr=True, highlight=False, markup=False)
 def print_note(text: str) -> None:
     """Something that the user should know, on stderr."""
     errors.print(one_line(f"rvdnav: note: {text}"), soft_wrap=True)
+
+
+def print_notes(notices: Iterable[str]) -> None:
+    """Notes, those that differ in their numbers alone as one: the first of them, and how many more there are."""
+    kinds: dict[str, list[str]] = {}
+    for notice in notices:
+        kinds.setdefault(_NUMBER.sub("#", notice), []).append(notice)
+    for first, *others in kinds.values():
+        print_note(f"{first} (and {len(others)} more like it)" if others else first)
 
 
 @contextmanager
