@@ -53,6 +53,7 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
         (out / SMOOTHED).unlink(missing_ok=True)
     evaluation = _evaluation(sequence, solutions)
     print_summary(solutions, evaluation, target)
+    console.print(_taken_for_known(sequence), soft_wrap=True)
     if injected:
         print_responses([(fault, sequence.response(fault, solutions)) for fault in injected], evaluation)
     for timestamp_ns, folder in boxes.items():
@@ -86,6 +87,24 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
             tell("frames", len(solutions), len(sequence))
     print_notes(sequence.notices)
     return solutions, navigator.learned_target or sequence.target
+
+
+def _taken_for_known(sequence: Sequence) -> str:
+    """To what the target and the calibration were taken to be known, and whether their files said so."""
+    target, rig = sequence.target, sequence.rig
+    sigmas = [1e3 * target.point_sigma(name) for name in target.points]
+    span = f"{min(sigmas):g}" if min(sigmas) == max(sigmas) else f"{min(sigmas):g} to {max(sigmas):g}"
+    if target.tolerance is None:
+        points = f"points to {span} mm (tolerance not stated: as with calipers)"
+    else:
+        points = f"points to {span} mm" if any(sigmas) else "points exactly"
+    if not target.dimensions_known:
+        points = "points not at all (dimensions: unknown)"
+    if rig.calibration_covariance is None:
+        calibration = "as made by hand (covariance not stated)"
+    else:
+        calibration = "exactly" if not rig.calibration_covariance.any() else "to the covariance of rig.yaml"
+    return f"taken for known: {points}, calibration {calibration}"
 
 
 def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:
