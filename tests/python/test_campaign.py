@@ -155,7 +155,7 @@ def test_a_report_that_cannot_be_written_is_named(
     (out / "campaign.html").mkdir()
     capsys.readouterr()
     assert execute(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 2
-    assert capsys.readouterr().err.startswith(f"rvdnav: {out}: cannot be written")
+    assert capsys.readouterr().err.startswith(f"rvdnav: {out / 'campaign.html'}: cannot be written")
 
 
 def test_damaged_results_are_named(tmp_path: Path, tiny: Path) -> None:
