@@ -191,26 +191,29 @@ def test_navigating_with_the_rendered_calibration(rendered: Calibration, shared_
     sequence = open_sequence(shared_data / "sequences" / "approach")
     rig = calibrate(read_pairs(shared_data / "calibration"), Board(9, 6, 0.025)).rig
     target = attrs.evolve(sequence.target, tolerance=dict.fromkeys(sequence.target.points, 0.0))
-    true_rig = attrs.evolve(sequence.rig, calibration_covariance=np.zeros((22, 22)))
-    navigators = [Navigator(r, target) for r in (true_rig, rig)]
+    exact = np.zeros((22, 22))
+    # The board is rendered with squares of exactly its size, which the written covariance does not take for granted.
+    stated = rendered.adjustment.covariance
+    navigators = [
+        Navigator(attrs.evolve(r, calibration_covariance=covariance), target)
+        for r, covariance in ((sequence.rig, exact), (rig, stated), (rig, exact))
+    ]
     costs, predicted = [], []
     for index in range(3, len(sequence), 8):
-        true, calibrated = (navigator.process(sequence[index]) for navigator in navigators)
+        true, calibrated, bare = (navigator.process(sequence[index]) for navigator in navigators)
         assert true.T_world_target is not None
-        assert true.covariance is not None
         assert calibrated.T_world_target is not None
         assert calibrated.covariance is not None
+        assert bare.covariance is not None
         cost = difference(calibrated.T_world_target, true.T_world_target)
         costs.append([np.linalg.norm(cost[:3]), np.linalg.norm(cost[3:])])
-        # Of the attitude it is mostly the noise, which both share.
-        variances = np.diag(calibrated.covariance + true.covariance)
+        variances = np.diag(calibrated.covariance - bare.covariance)
         predicted.append([variances[:3].sum(), variances[3:].sum()])
     position, attitude = np.median(costs, axis=0)
     assert position <= 0.0015
     assert np.degrees(attitude) <= 0.15
     ratio = np.sqrt(np.mean(np.square(costs), axis=0) / np.mean(predicted, axis=0))
-    assert (ratio <= 2.0).all()
-    assert ratio[0] >= 0.3
+    assert ((ratio >= 0.5) & (ratio <= 2.0)).all()
 
 
 def test_real_photographs() -> None:

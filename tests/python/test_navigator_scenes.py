@@ -42,7 +42,7 @@ class Limits:
 
 
 # Twice the worst that was measured over both rigs and both brackets.
-FAR = Limits(0.72, 0.12, 0.58, 0.20)
+FAR = Limits(0.72, 0.12, 0.53, 0.20)
 NEAR = Limits(0.26, 0.05, 0.43, 0.05)
 
 

@@ -15,8 +15,10 @@ from rvdnav.pose.arrays import BoolArray, FloatArray
 _SLOPE_SIGMA = 0.02
 # Blur up to which an image is sharp, px.
 _SHARP_PX = 1.05
-# Samples from which an edge has a blur of its own.
+# Samples from which an edge may have a blur of its own, and by which part it must differ from its view's: within the
+# spread that the fit of a step allows for anyway, the difference is noise, and displaces the step.
 _MIN_BLURS = 12
+_OWN_BLUR = 0.3
 
 
 def face_widths(cameras: RectifiedCameras, T_world_target: FloatArray, model: EdgeModel) -> FloatArray:
@@ -43,19 +45,20 @@ def _bar_widths(xy: FloatArray) -> FloatArray:
 
 
 def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) -> FloatArray:
-    """(cameras, edges) blur, px, that the agreeing samples (n,) show: of an edge the median of its own, for motion
-    blurs along itself alone; of one with few the median of its view; the expected (cameras, edges) where there are
-    none.
+    """(cameras, edges) blur, px, that the agreeing samples (n,) show: of an edge the median of its own where that is
+    clearly another than its view's, for motion blurs along itself alone; else the median of its view; the expected
+    (cameras, edges) where there are none.
     """
     blur: FloatArray = expected.copy()
     for camera in range(len(blur)):
         chosen = agreeing & (sampled.camera == camera)
         if not chosen.any():
             continue
-        blur[camera] = np.median(sampled.blur[chosen])
+        blur_of_view = float(np.median(sampled.blur[chosen]))
+        blur[camera] = blur_of_view
         for edge in np.unique(sampled.edge[chosen]):
             own = sampled.blur[chosen & (sampled.edge == edge)]
-            if len(own) >= _MIN_BLURS:
+            if len(own) >= _MIN_BLURS and abs(np.median(own) / blur_of_view - 1.0) > _OWN_BLUR:
                 blur[camera, edge] = np.median(own)
     return blur
 

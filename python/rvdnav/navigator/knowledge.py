@@ -1,8 +1,9 @@
 """What is known of target and rig only to a tolerance, and what the frames so far have taught of it.
 
 The target's points may lie off by their tolerance, the rig's calibration by its covariance, and every frame's steps
-may be displaced towards their bright or their dark side, by the camera's response.  All are estimated with the pose
-(`rvdnav.pose.systematics`): the first two are the same in all frames and learnt, the last one is each frame's own.
+may be displaced towards their bright or their dark side by the camera's response, and edges in all views alike by what
+lies beside them.  All are estimated with the pose (`rvdnav.pose.systematics`): the first two are the same in all frames
+and learnt, the others are each frame's own.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ _NEGLIGIBLE = 1e-12
 class Learned:
     """What frames have taught of the lasting parameters (p,): target first, then calibration.
 
-    information (p, p), vector (p,): information times mean, in stated standard deviations.  scales (3,): of what was
+    information (p, p), vector (p,): information times mean, in stated standard deviations.  scales (4,): of what was
     stated, by group.  frames: how many.
     """
 

@@ -207,7 +207,10 @@ class Navigator:
         images = reduced(images, self._reduction)
         noise = max(noise_sigma(image) for image in images if image is not None)
         sigma = self._settings.smoothing_px * max(1.0, math.sqrt(noise / self._settings.noisy_sigma))
-        orders = (sigma, 0.0) if noise > self._settings.noisy_sigma else (0.0, sigma)
+        orders: tuple[float, ...] = (sigma, 0.0) if noise > self._settings.noisy_sigma else (0.0, sigma)
+        if self._model.bracket is None and noise <= self._settings.noisy_sigma:
+            # Smoothing joins an edge and the prints beside it, and what fits both is no pose.
+            orders = (0.0,)
         attempts: list[Attempt] = []
         for smoothing in orders:
             before = self._filter.state
