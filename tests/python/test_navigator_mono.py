@@ -154,7 +154,13 @@ def test_a_mirror_image_is_found_and_given_its_weight(tilt: float) -> None:
         # Where earlier frames were undecided their odds count for the prediction's side, whichever it is.
         biased = decide(measurement, model, cameras, PredictedPose(predicted, sure), 30.0)
         assert errors(biased.T_world_target, predicted) < 1e-6
-        assert biased.log_odds > 25.0
+        assert biased.log_odds > 10.0
+    # From a prediction that foresaw neither nothing is learnt.
+    astray = PredictedPose(make_T(other[:3, :3], other[:3, 3] + [0.0, 0.2, 0.0]), 0.1 * sure)
+    for earlier_odds in (None, 30.0):
+        decision = decide(measurement, model, cameras, astray, earlier_odds)
+        assert errors(decision.T_world_target, undecided.T_world_target) < 1e-6
+        assert decision.log_odds == pytest.approx(undecided.log_odds, abs=0.1)
 
 
 def errors(A: np.ndarray, B: np.ndarray) -> float:

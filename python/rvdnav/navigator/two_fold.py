@@ -32,6 +32,9 @@ from rvdnav.pose.refined import redundancy
 _ONE_MINIMUM = 1.0
 # Residuals that edges of one bar share count once rather than twice.
 _SHARED = 0.5
+# How far a pose may lie from the prediction, as a squared Mahalanobis distance, until the target has rather moved in a
+# way that no prediction foresaw.
+_FORESEEN = 25.0
 # Odds beyond which nothing more is learnt, as their logarithm.
 _MAX_LOG_ODDS = 50.0
 # A rival with less than this probability is not worth a word.
@@ -101,8 +104,8 @@ def decide(
     unit = max(1.0, min(own.sigma0, other.sigma0) ** 2)
     log_odds = 0.5 * _SHARED * (_squares(other) - _squares(own)) / unit
     if prediction is not None:
-        for_own = 0.5 * (_distance(other, prediction) - _distance(own, prediction))
-        log_odds += for_own if earlier_odds is None else math.copysign(earlier_odds, for_own)
+        for_own = _foreseen(own, prediction) - _foreseen(other, prediction)
+        log_odds += for_own if earlier_odds is None else _both(for_own, earlier_odds)
     log_odds = float(np.clip(log_odds, -_MAX_LOG_ODDS, _MAX_LOG_ODDS))
     swapped = log_odds < 0.0
     chosen, rival = (other, own) if swapped else (own, other)
@@ -121,9 +124,16 @@ def _squares(pose: RefinedPose) -> float:
     return pose.sigma0**2 * redundancy(pose.weights)
 
 
-def _distance(pose: RefinedPose, prediction: PredictedPose) -> float:
+def _both(a: float, b: float) -> float:
+    """Logarithm of the odds that both or neither of two things hold, from each one's; less than the smaller of them."""
+    return float(np.logaddexp(a + b, 0.0) - np.logaddexp(a, b))
+
+
+def _foreseen(pose: RefinedPose, prediction: PredictedPose) -> float:
+    """Logarithm of how likely the prediction makes a pose; of all that it did not foresee, one is as likely as another."""
     error = difference(pose.T_world_target, prediction.T_world_target)
-    return float(error @ np.linalg.solve(pose.covariance + prediction.covariance, error))
+    squared = float(error @ np.linalg.solve(pose.covariance + prediction.covariance, error))
+    return float(np.logaddexp(-0.5 * squared, -0.5 * _FORESEEN))
 
 
 def _is_planar(edge_points: FloatArray) -> bool:
