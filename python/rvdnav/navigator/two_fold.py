@@ -130,7 +130,7 @@ def _both(a: float, b: float) -> float:
 
 
 def _foreseen(pose: RefinedPose, prediction: PredictedPose) -> float:
-    """Logarithm of how likely the prediction makes a pose; of all that it did not foresee, one is as likely as another."""
+    """Logarithm of how likely the prediction makes a pose; what it did not foresee is as likely as anything else."""
     error = difference(pose.T_world_target, prediction.T_world_target)
     squared = float(error @ np.linalg.solve(pose.covariance + prediction.covariance, error))
     return float(np.logaddexp(-0.5 * squared, -0.5 * _FORESEEN))
