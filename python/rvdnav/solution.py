@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from rvdnav.conventions import check_rigid
+from rvdnav.corrections import Corrections
 from rvdnav.errors import InputError
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.euler import EulerAngles, euler_from_rotation
@@ -65,6 +66,8 @@ class Reason(enum.Enum):
     UNKNOWN_SIZE = "the target's size is not known yet, and one camera cannot measure it"
     DUPLICATE = "an image is the one before once more"
     INTERLACED = "the images are interlaced, and rig.yaml does not say so"
+    TARGET_TOLERANCE = "the target seems to differ from its file by more than its tolerance says"
+    CALIBRATION = "the calibration seems to be off by more than its covariance says"
 
     @property
     def description(self) -> str:
@@ -222,6 +225,8 @@ class Solution:
     """Where the whole images were searched."""
     dimensions: LearnedDimensions | None = None
     """Of a target of unknown dimensions, once there are any."""
+    corrections: Corrections | None = None
+    """Of target and calibration, with a published pose; None where both are known exactly."""
     line_residuals: tuple[LineResidual, ...] = attrs.field(default=(), converter=_residuals)
     sigma0: float | None = None
     """A-posteriori standard deviation of unit weight: 1 where the noise model fits."""
@@ -242,6 +247,8 @@ class Solution:
             raise ValueError("a published pose needs its covariance")
         if self.covariance is not None and not tracking and self.predicted_T_world_target is None:
             raise ValueError("a covariance needs the pose that it belongs to")
+        if self.corrections is not None and not tracking:
+            raise ValueError("corrections belong to a published pose")
         if self.sigma0 is not None and not np.isfinite(self.sigma0):
             raise ValueError("sigma0 is not finite")
 
@@ -271,6 +278,7 @@ class Solution:
             "covariance": _listed(self.covariance),
             "acquisition": None if self.acquisition is None else attrs.asdict(self.acquisition),
             "dimensions": None if self.dimensions is None else attrs.asdict(self.dimensions),
+            "corrections": None if self.corrections is None else self.corrections.to_json(),
             "sigma0": None if self.sigma0 is None else float(self.sigma0),
             "line_residuals": [
                 {
@@ -303,6 +311,7 @@ class Solution:
                 covariance=data["covariance"],
                 acquisition=None if data["acquisition"] is None else Acquisition(**data["acquisition"]),
                 dimensions=None if data["dimensions"] is None else LearnedDimensions(**data["dimensions"]),
+                corrections=None if data["corrections"] is None else Corrections.from_json(data["corrections"]),
                 sigma0=data["sigma0"],
                 line_residuals=tuple(LineResidual(**line) for line in data["line_residuals"]),
                 view_lines={int(camera): lines for camera, lines in data["view_lines"].items()},

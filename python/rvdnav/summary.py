@@ -1,4 +1,4 @@
-"""Figures of a run that need no truth: claimed uncertainty and wall times."""
+"""Figures of a run that need no truth: claimed uncertainty, what was learnt, and wall times."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rvdnav.corrections import Corrections
 from rvdnav.solution import TOTAL, LearnedDimensions, Reason, Solution
 
 _NO_IMAGE = frozenset(
@@ -19,6 +20,8 @@ _NO_IMAGE = frozenset(
         Reason.TIME_ORDER,
     }
 )
+
+_TOLERANCES = (Reason.TARGET_TOLERANCE, Reason.CALIBRATION)
 
 
 def median_sigmas(solutions: Sequence[Solution]) -> tuple[float, float] | None:
@@ -72,3 +75,51 @@ def dimension_rows(dimensions: LearnedDimensions) -> list[tuple[str, str, str]]:
         (name.replace("_", " "), f"{1e3 * size:.2f}", f"{1e3 * dimensions.sigmas_m[name]:.2f}")
         for name, size in dimensions.sizes_m.items()
     ]
+
+
+# Unit and factor to it, by the first letter of a calibration's parameter.
+_UNITS = {"f": (" px", 1.0), "c": (" px", 1.0), "r": ("°", float(np.degrees(1.0))), "t": (" mm", 1e3)}
+
+
+def last_corrections(solutions: Sequence[Solution]) -> Corrections | None:
+    """Those of the last published frame; None where there is none or nothing to correct."""
+    return next((s.corrections for s in reversed(solutions) if s.corrections is not None), None)
+
+
+def correction_rows(corrections: Corrections) -> list[tuple[str, str, str, str]]:
+    """Name, correction, its ± σ and what was stated as ± σ, with units; a point's three coordinates together."""
+    rows = []
+    for name, own in corrections.calibration.items():
+        unit, factor = _UNITS.get(name.partition(".")[2][0], ("", 1.0))
+        stated, value, sigma = (factor * number for number in (own.stated, own.value, own.sigma))
+        rows.append((name, _signed(value, sigma) + unit, f"± {sigma:.2g}{unit}", f"± {stated:.2g}{unit}"))
+    for name, point in corrections.points.items():
+        values = ", ".join(_signed(1e3 * v, 1e3 * s) for v, s in zip(point.value, point.sigma, strict=True))
+        sigmas = ", ".join(f"{1e3 * sigma:.2g}" for sigma in point.sigma)
+        rows.append((name, f"{values} mm", f"± {sigmas} mm", f"± {1e3 * point.stated:.2g} mm"))
+    return rows
+
+
+def _signed(value: float, sigma: float) -> str:
+    """With as many decimals as two digits of its standard deviation have."""
+    decimals = max(1 - int(np.floor(np.log10(sigma))), 0)
+    return f"{value:+.{decimals}f}".replace("-", "−")
+
+
+def correction_text(corrections: Corrections) -> str:
+    """The largest corrections, by what was stated, on one line."""
+    by_size = sorted(corrections.calibration, key=lambda name: -corrections.calibration[name].in_stated)
+    chosen = {*by_size[:2], *sorted(corrections.points, key=lambda name: -corrections.points[name].in_stated)[:1]}
+    parts = [
+        f"{name} {value} {sigma} (stated {stated})"
+        for name, value, sigma, stated in correction_rows(corrections)
+        if name in chosen
+    ]
+    frames = "1 frame" if corrections.frames == 1 else f"{corrections.frames} frames"
+    return f"largest corrections by {frames}: " + "; ".join(parts)
+
+
+def tolerance_alarms(solutions: Sequence[Solution]) -> list[tuple[Reason, int]]:
+    """In how many frames what was stated of target and calibration seemed too good; nothing for those without any."""
+    counts = [(reason, sum(reason in s.reasons for s in solutions)) for reason in _TOLERANCES]
+    return [(reason, count) for reason, count in counts if count]

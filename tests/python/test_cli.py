@@ -16,6 +16,7 @@ import rvdnav.cli.run
 from drawn_scene import EXAMPLE
 from rvdnav.blackbox.digests import write_digests
 from rvdnav.cli.app import execute
+from rvdnav.corrections import Corrections, ParameterCorrection, PointCorrection
 from rvdnav.output import read_solutions
 from rvdnav.sequence import open_sequence, read_tum, write_tum
 from rvdnav.solution import LearnedDimensions, Reason, Solution, State
@@ -113,6 +114,47 @@ def test_learnt_dimensions_are_told(sequence, tmp_path, monkeypatch, capsys):
         assert words in text
     page = (tmp_path / "out" / "report.html").read_text()
     for words in ("Dimensions learnt", "<td>180.12</td><td>0.14</td>", "not yet enough"):
+        assert words in page
+
+
+def test_corrections_and_their_alarm_are_told(sequence, tmp_path, monkeypatch, capsys):
+    class Correcting(Scripted):
+        def process(self, frame):
+            solution = super().process(frame)
+            if not solution.published:
+                return solution
+            told = Corrections(
+                {
+                    "cam0.fx": ParameterCorrection(-0.3, 0.41, 1.34),
+                    "cam1_cam0.ry": ParameterCorrection(0.0, 4e-4, 5e-4),
+                },
+                {"P1": PointCorrection((1e-4, 0.0, -2e-3), (1.1e-4, 1.1e-4, 1.1e-4), 3e-4)},
+                calibration_scale=0.7,
+                target_scale=2.6,
+                calibration_distance=0.2,
+                target_distance=6.7,
+                frames=6,
+            )
+            reasons = solution.reasons | {Reason.TARGET_TOLERANCE}
+            return attrs.evolve(solution, corrections=told, reasons=reasons)
+
+    monkeypatch.setattr(rvdnav.cli.run, "Navigator", Correcting)
+    assert execute(["run", str(sequence), "--out", str(tmp_path / "out")]) == 0
+    text = capsys.readouterr().out
+    for words in (
+        "largest corrections by 6 frames: cam0.fx −0.30 px ± 0.41 px (stated ± 1.3 px)",
+        "P1 +0.10, +0.00, −2.00 mm ± 0.11, 0.11, 0.11 mm (stated ± 0.3 mm)",
+        "TARGET_TOLERANCE in 6 of 8 frames: the target seems to differ",
+    ):
+        assert words in text
+    page = (tmp_path / "out" / "report.html").read_text()
+    for words in (
+        "Corrections learnt",
+        "<td>cam0.fx</td><td>−0.30 px</td><td>± 0.41 px</td><td>± 1.3 px</td>",
+        "<td>cam1_cam0.ry</td><td>+0.000°</td><td>± 0.023°</td><td>± 0.029°</td>",
+        "TARGET_TOLERANCE in 6 of 8 frames",
+        "2.60 times (target)",
+    ):
         assert words in page
 
 

@@ -2,11 +2,13 @@
 
 import json
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from rvdnav.corrections import Corrections, ParameterCorrection, PointCorrection
 from rvdnav.errors import InputError
 from rvdnav.solution import LearnedDimensions, LineResidual, Mode, Reason, Solution, State
 from scipy.spatial.transform import Rotation
@@ -30,6 +32,17 @@ def tracked(**changes):
     return Solution(**{**values, **changes})
 
 
+CORRECTIONS = Corrections(
+    {"cam0.fx": ParameterCorrection(-0.3, 0.4, 1.3)},
+    {"P1": PointCorrection((1e-4, 0.0, -2e-4), (1e-4, 2e-4, 3e-4), 3e-4)},
+    calibration_scale=0.7,
+    target_scale=2.1,
+    calibration_distance=0.5,
+    target_distance=3.5,
+    frames=4,
+)
+
+
 @given(
     rotation=arrays(float, 3, elements=st.floats(-3, 3)),
     position=arrays(float, 3, elements=st.floats(-2, 2)),
@@ -44,6 +57,7 @@ def test_json_round_trip_is_exact(rotation, position, reasons, timestamp_ns):
         smoothed_T_world_target=pose((0, 0, 1)),
         reasons=reasons,
         dimensions=LearnedDimensions({"long_base": 0.18}, {"long_base": 1e-4}, 3, known=True),
+        corrections=CORRECTIONS,
         sigma0=0.93,
         line_residuals=(LineResidual(1, "l1_outer", True, 31, 0.04, -0.01), LineResidual(0, "l2_inner", False, 0)),
         view_lines={1: [[0.1, 2, 3, 4]], 0: np.zeros((2, 4))},
@@ -58,6 +72,24 @@ def test_json_round_trip_is_exact(rotation, position, reasons, timestamp_ns):
 def test_learnt_dimensions_that_are_none(sigmas):
     with pytest.raises(ValueError, match=r"not positive|names"):
         LearnedDimensions({"long_base": 0.18}, sigmas, 3, known=True)
+
+
+def test_corrections_that_are_none():
+    for parameter in ((np.nan, 1.0, 1.0), (0.0, 0.0, 1.0), (0.0, 1.0, -1.0)):
+        with pytest.raises(ValueError, match=r"not finite|not positive"):
+            ParameterCorrection(*parameter)
+    with pytest.raises(ValueError, match="not positive"):
+        attrs.evolve(CORRECTIONS, calibration_scale=0.0)
+    with pytest.raises(ValueError, match="published"):
+        Solution(timestamp_ns=1, state=State.SEARCHING, corrections=CORRECTIONS)
+    good = tracked(corrections=CORRECTIONS).to_json()
+    for broken in (
+        {"frames": "4"},
+        {"points": {"P1": {"value": [0, 0], "sigma": [1, 1, 1], "stated": 1}}},
+        {"more": 1},
+    ):
+        with pytest.raises(InputError):
+            Solution.from_json({**good, "corrections": {**good["corrections"], **broken}})
 
 
 def test_json_differs_where_the_solution_differs():

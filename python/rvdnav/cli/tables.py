@@ -14,10 +14,13 @@ from rvdnav.faults import Fault, Response
 from rvdnav.reconstruction import Cloud
 from rvdnav.solution import LearnedDimensions, Reason, Solution, State
 from rvdnav.summary import (
+    correction_text,
     dimension_rows,
+    last_corrections,
     learned_dimensions,
     median_frame_time,
     median_sigmas,
+    tolerance_alarms,
     unpublished_reasons,
     worked_on,
 )
@@ -65,6 +68,11 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None, 
     dimensions = learned_dimensions(solutions)
     if dimensions is not None:
         _print_dimensions(dimensions)
+    corrections = last_corrections(solutions)
+    if corrections is not None:
+        console.print(correction_text(corrections), soft_wrap=True)
+    for reason, count in tolerance_alarms(solutions):
+        console.print(f"{reason.name} in {count} of {len(solutions)} frames: {reason.description}", soft_wrap=True)
 
 
 def _print_reasons(solutions: Sequence[Solution]) -> None:

@@ -12,29 +12,35 @@ from rvdnav.navigator.visibility import GRAZING, Faces, Pieces, whole_edges
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.target import Target
 
+CORNER_NAMES = ("P1", "P2", "P3", "P4", "Q1", "Q2", "Q3", "Q4")
+"""Of a bracket: outer and inner ones, in its order."""
+
 
 @frozen(eq=False)
 class EdgeModel:
     """A target's straight edges in the capture frame C.
 
-    names (m,).  points (k, 3): the edges' ends, m; point_sigmas (k,): to which each coordinate is known, m.  ends (m,
-    2): numbers of an edge's two points.  bracket: the four-bar bracket whose front edges they are, in the order of
-    `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
+    names (m,).  points (k, 3): the edges' ends, m, with point_names (k,); point_sigmas (k,): to which each coordinate
+    is known, m.  ends (m, 2): numbers of an edge's two points.  bracket: the four-bar bracket whose front edges they
+    are, in the order of `EDGE_NAMES`, or None for any other target.  faces: what may hide them, None if nothing does.
     """
 
     names: tuple[str, ...]
     points: FloatArray
+    point_names: tuple[str, ...]
     point_sigmas: FloatArray
     ends: IntArray
     bracket: Bracket | None
     faces: Faces | None = None
 
     @classmethod
-    def of_bracket(cls, bracket: Bracket, point_sigmas: FloatArray | None = None) -> EdgeModel:
+    def of_bracket(
+        cls, bracket: Bracket, point_sigmas: FloatArray | None = None, point_names: tuple[str, ...] = CORNER_NAMES
+    ) -> EdgeModel:
         """The eight front edges of a bracket; point_sigmas (8,) of P1..P4 and Q1..Q4, exact if not given."""
         ends = np.array([(a + inner, b + inner) for a, b in EDGE_APEXES for inner in (0, 4)])
         sigmas = np.zeros(2 * len(bracket.outer)) if point_sigmas is None else point_sigmas
-        return cls(EDGE_NAMES, np.concatenate([bracket.outer, bracket.inner]), sigmas, ends, bracket)
+        return cls(EDGE_NAMES, np.concatenate([bracket.outer, bracket.inner]), point_names, sigmas, ends, bracket)
 
     @cached_property
     def edge_points(self) -> FloatArray:
@@ -73,13 +79,14 @@ def edge_model(target: Target) -> EdgeModel:
     other edges, each once."""
     if target.bracket is not None:
         sigmas = np.array([target.point_sigma(name) for name in target.bracket_names])
-        model = EdgeModel.of_bracket(target.bracket, sigmas)
+        model = EdgeModel.of_bracket(target.bracket, sigmas, target.bracket_names)
     else:
         once = _edges_once(target)
         corners = tuple(dict.fromkeys(name for pair in once for name in pair))
         model = EdgeModel(
             tuple(f"{a}-{b}" for a, b in once),
             np.array([target.points[name] for name in corners]).reshape(-1, 3),
+            corners,
             np.array([target.point_sigma(name) for name in corners]),
             np.array([[corners.index(name) for name in pair] for pair in once], np.int64).reshape(-1, 2),
             None,

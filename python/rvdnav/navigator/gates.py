@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import FrameResult
+from rvdnav.corrections import Corrections
 from rvdnav.navigator.agreement import disparity_errors, view_difference
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import blur_excess
@@ -35,6 +36,12 @@ _MIN_EDGE_IMAGES = 4
 # Of any target's edges, and of all their profiles: with the borders of prints a solid can look like a smaller one.
 _MOST_EDGES = 0.7
 _MOST_PROFILES = 0.6
+# How many times larger than stated the errors of a group must seem, or the correction of a combination in stated
+# standard deviations, before the statement itself is doubted.  Of groups as stated of which the images tell 4 or more
+# parameters one in 10^3 (target) and 10^5 (calibration) or fewer seems so large, for a chi-square of as many degrees of
+# freedom.  A target's combinations are many, and what displaces single edges looks like errors of its points.
+_DOUBTED_SCALE = 2.0
+_DOUBTED_SIGMAS = {Reason.TARGET_TOLERANCE: 5.0, Reason.CALIBRATION: 4.0}
 
 
 def failed_gates(
@@ -79,6 +86,22 @@ def failed_gates(
         alone = measurement.rival is None or _too_uncertain(measurement.own_covariance, distance, settings)
         reasons.add(Reason.COVARIANCE if alone else Reason.AMBIGUOUS)
     return frozenset(reasons)
+
+
+def contradicted(corrections: Corrections | None) -> frozenset[Reason]:
+    """What of the stated tolerances the images seem to contradict; a pose that passed the gates holds it and may be
+    published."""
+    if corrections is None:
+        return frozenset()
+    shown = {
+        Reason.TARGET_TOLERANCE: (corrections.target_scale, corrections.target_distance),
+        Reason.CALIBRATION: (corrections.calibration_scale, corrections.calibration_distance),
+    }
+    return frozenset(
+        reason
+        for reason, (scale, sigmas) in shown.items()
+        if scale > _DOUBTED_SCALE or sigmas > _DOUBTED_SIGMAS[reason]
+    )
 
 
 def _largest_rms_px(measurement: Measurement, model: EdgeModel, rig: Rig, settings: NavigatorSettings) -> float:

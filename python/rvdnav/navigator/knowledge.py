@@ -13,6 +13,7 @@ from copy import copy
 import attrs
 import numpy as np
 
+from rvdnav.corrections import Corrections, ParameterCorrection, PointCorrection
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import blur_excess
@@ -75,6 +76,7 @@ class Knowledge:
         covariance = rig.calibration_or_default
         self._effect = CalibrationEffect.of(rig) if covariance.any() else None
         self._directions = _root(covariance)
+        self._calibration_sigma = np.sqrt(np.diagonal(covariance))
         self._views = len(rig.cameras)
 
     def reduced(self, rig: Rig) -> Knowledge:
@@ -188,6 +190,34 @@ class Knowledge:
         covariance = pose.joint_covariance[6:, 6:][own, own]
         return derivatives @ pose.z[own], np.sqrt(np.einsum("ki,ij,kj->k", derivatives, covariance, derivatives))
 
+    def corrections(self, pose: RefinedPose, learned: Learned) -> Corrections | None:
+        """What a refined pose, and what was learnt with it, tell of target and rig; None where both are exact.
+
+        Of the rig as it was given, not of one for reduced images.
+        """
+        if self.lasting == 0:
+            return None
+        points = len(self._point_sigma)
+        z, covariance = pose.z[: self.lasting], pose.joint_covariance[6:, 6:][: self.lasting, : self.lasting]
+        moved = (self._point_sigma * z[:points]).reshape(-1, 3).tolist()
+        moved_sigma = (self._point_sigma * np.sqrt(np.diagonal(covariance)[:points])).reshape(-1, 3).tolist()
+        names = [name for name, s in zip(self._model.point_names, self._model.point_sigmas, strict=True) if s > 0.0]
+        stated = self._point_sigma[::3].tolist()
+        changed = (self._directions @ z[points:]).tolist()
+        root = self._directions @ covariance[points:, points:]
+        sigma = np.sqrt(np.einsum("ij,ij->i", root, self._directions)).tolist()
+        parameters = calibration_parameters(self._views)
+        rows = zip(parameters, changed, sigma, self._calibration_sigma.tolist(), strict=True)
+        return Corrections(
+            calibration={name: ParameterCorrection(v, s, own) for name, v, s, own in rows if own > 0.0},
+            points=dict(zip(names, map(PointCorrection, moved, moved_sigma, stated), strict=True)),
+            calibration_scale=float(pose.scales[CALIBRATION]),
+            target_scale=float(pose.scales[TARGET]),
+            calibration_distance=_distance(z[points:], covariance[points:, points:]),
+            target_distance=_distance(z[:points], covariance[:points, :points]),
+            frames=learned.frames,
+        )
+
     def common_covariance(self, pose: RefinedPose) -> FloatArray:
         """(6, 6) by what errs in all points alike, as where their lengths were measured from one end: no line shows
         it."""
@@ -225,6 +255,11 @@ class Knowledge:
             pose.scales,
             learned.frames + 1,
         )
+
+
+def _distance(z: FloatArray, covariance: FloatArray) -> float:
+    """The largest of z (p,) along the principal axes of its covariance (p, p)."""
+    return float(np.abs(np.linalg.eigh(covariance)[1].T @ z).max(initial=0.0))
 
 
 def _root(covariance: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from rvdnav.navigator.attempt import Attempt
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.fields import Fields, declared_fields, noticed_fields
-from rvdnav.navigator.gates import plausible_motion
+from rvdnav.navigator.gates import contradicted, plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.intake import take_in
@@ -50,6 +50,8 @@ _HIDDEN = frozenset(
         Reason.DEGENERATE,
     }
 )
+# What errors of target or calibration do to a frame that is refused.
+_MISFIT = frozenset({Reason.RESIDUALS, Reason.CROSS_VIEW})
 _MONO = (Mode.MONO_LEFT, Mode.MONO_RIGHT)
 
 
@@ -290,11 +292,12 @@ class Navigator:
         self._remember(state=state, lasting_part=lasting, learned=measurement.learned)
         self._remember(last_pose_ns=timestamp_ns, polarity=measurement.polarity, held_odds=None, initial_pose=None)
         cameras = measurement.cameras
+        corrections = self._knowledge.corrections(measurement.pose, measurement.learned)
         return Solution(
             timestamp_ns=timestamp_ns,
             state=state,
             mode=Mode.STEREO if len(cameras) > 1 else _MONO[cameras[0]],
-            reasons=notes,
+            reasons=notes | contradicted(corrections),
             T_world_target=measurement.pose.T_world_target,
             predicted_T_world_target=None if predicted is None else predicted.T_world_target,
             smoothed_T_world_target=self._filter.smoothed.T_world_target,
@@ -302,6 +305,7 @@ class Navigator:
             covariance=measurement.own_covariance + self._memory.lasting_part,
             acquisition=attempt.acquisition,
             dimensions=self._learned_dimensions(),
+            corrections=corrections,
             line_residuals=edge_residuals(measurement, self._model, self._reduction),
             sigma0=measurement.pose.sigma0,
             view_lines=self._drawn(attempt),
@@ -327,6 +331,9 @@ class Navigator:
         state = next_state(self._memory.state, measured=False, coast_expired=expired)
         rival = self._hold(timestamp_ns, state, attempt)
         self._remember(state=state)
+        if attempt is not None and attempt.measurement is not None and attempt.reasons <= _MISFIT:
+            measurement = attempt.measurement
+            reasons |= contradicted(self._knowledge.corrections(measurement.pose, measurement.learned))
         if state is State.LOST:
             self._remember(initial_pose=None)
         prediction = self._filter.predict(timestamp_ns) if state is State.COASTING and since_pose >= 0 else None

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rvdnav.evaluation import Evaluation, TruePoses
+from rvdnav.report.corrections import correction_figure, correction_table
 from rvdnav.report.health import stage_figure, timeline_figure
 from rvdnav.report.html import figure_html, section, strip_html
 from rvdnav.report.lost import lost_table
@@ -14,7 +15,7 @@ from rvdnav.report.page import write_page
 from rvdnav.report.strip import Picture
 from rvdnav.report.tables import dimension_table, headline_tiles, picture_caption, range_table
 from rvdnav.solution import Solution
-from rvdnav.summary import learned_dimensions
+from rvdnav.summary import last_corrections, learned_dimensions
 
 
 def write_report(
@@ -46,6 +47,10 @@ def write_report(
     dimensions = learned_dimensions(solutions)
     if dimensions is not None:
         sections.append(section("Dimensions learnt", dimension_table(dimensions)))
+    corrections = last_corrections(solutions)
+    if corrections is not None:
+        figure = figure_html(correction_figure(corrections, solutions), "corrections")
+        sections.append(section("Corrections learnt", figure + correction_table(corrections, solutions)))
     if any(solution.stage_times for solution in solutions):
         sections.append(section("Time per stage", figure_html(stage_figure(solutions), "stages")))
     if pictures:
