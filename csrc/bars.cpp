@@ -49,6 +49,7 @@ bool make_bar(const rvdnav_segment* segments, int32_t i, int32_t j, const BarLim
                     axis.direction().dot(lb.at(b_min)), axis.direction().dot(lb.at(b_max))};
   bar->t_min = *std::min_element(ends, ends + 4);
   bar->t_max = *std::max_element(ends, ends + 4);
+  if (bar->t_max - bar->t_min > limits.max_slenderness * bar->width) return false;
   const bool ordered = axis.normal.dot(la.at(0.5 * (low + high))) < bar->rho;
   bar->segment[0] = ordered ? i : j;
   bar->segment[1] = ordered ? j : i;

@@ -10,6 +10,7 @@ namespace rvdnav {
 struct BarLimits {
   double min_width;  // pixels
   double max_width;
+  double max_slenderness;  // seen length over width
 };
 
 // Pairs of segments that can be the two sides of one bar, best first: sides of opposite polarity (a bar lighter or

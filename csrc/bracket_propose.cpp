@@ -11,6 +11,7 @@ namespace {
 constexpr double kMinCornerAngle = 0.35;  // between adjoining bars in the image, radians
 constexpr uint32_t kMaxNeighbours = 24;   // at one end of a bar
 constexpr double kWidthRatio = 2.0;       // between adjoining bars, and between seen and expected width
+constexpr double kMaxLength = 1.8;        // seen over expected
 constexpr double kMaxFitRms = 2.5;        // pixels, of the six lines
 constexpr double kHopelessRms = 12.0;     // pixels, after a few iterations
 constexpr double kMaxTilt = 1.31;         // of the face against the line of sight, radians (75 degrees)
@@ -135,7 +136,7 @@ bool plausible(const ViewBars& view, const Reading& r, const BracketModel& model
     // Tilt shortens a bar's width or length; the scale comes from the middle bar, which tilt may have shortened too.
     if (seen.width > kWidthRatio * width || seen.width < width / kWidthRatio) return false;
     const double seen_length = seen.t_max - seen.t_min;
-    if (seen_length > 1.8 * length + seen.width || seen_length < 0.25 * length) return false;
+    if (seen_length > kMaxLength * length + seen.width || seen_length < 0.25 * length) return false;
   }
   // The corners' angles, up to what tilt can do to them.
   for (int32_t i = 0; i < 3; i += 2) {
@@ -244,6 +245,15 @@ bool try_reading(const RectRig& rig, const BracketModel& model, int32_t camera, 
 }
 
 }  // namespace
+
+double max_slenderness(const BracketModel& model) {
+  double longest = 0.0;
+  for (int32_t k = 0; k < RVDNAV_BARS; ++k) {
+    const double length = (model.axis_end[k] - model.axis_start[k]).norm();
+    longest = std::max(longest, length / model.bar_width[k]);
+  }
+  return kMaxLength * kWidthRatio * longest + 1.0;
+}
 
 uint32_t propose_brackets(const RectRig& rig, const BracketModel& model, int32_t camera, const ViewBars& view,
                           const RangeGate& gate, uint32_t max_readings, Proposal* proposals, uint32_t capacity,

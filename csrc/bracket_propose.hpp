@@ -30,6 +30,9 @@ struct Proposal {
   int32_t camera;
 };
 
+// Seen length over width of the longest bar that is read as one of the bracket's.
+double max_slenderness(const BracketModel& model);
+
 // The best-supported proposals of one view, best first.  A bar with two others that start near its ends on the same
 // side is read as each of the bracket's bars in turn; the six lines give the pose, and its mirror image about the line
 // of sight, which one view can hardly tell apart, is proposed beside it.  At most max_readings are tried.  Returns the

@@ -89,7 +89,7 @@ BarLimits bar_limits(const Context& c) {
     wide = width > wide ? width : wide;
   }
   const double least = 0.4 * c.rig.focal_rect * narrow / c.config.range_max;
-  return {least > 2.0 ? least : 2.0, 1.2 * c.rig.focal_rect * wide / c.config.range_min};
+  return {least > 2.0 ? least : 2.0, 1.2 * c.rig.focal_rect * wide / c.config.range_min, max_slenderness(c.model)};
 }
 
 void track_lines(Context& c, int32_t camera, const GreyView& image, const rvdnav_window* windows, uint32_t window_count,

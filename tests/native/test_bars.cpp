@@ -12,7 +12,7 @@ using views::Vector2d;
 
 namespace {
 
-constexpr BarLimits kLimits = {2.0, 20.0};
+constexpr BarLimits kLimits = {2.0, 20.0, 70.0};
 
 struct Found {
   std::vector<rvdnav_bar> bars;
@@ -71,6 +71,7 @@ TEST_CASE("what is too wide, too narrow, crossed or side by side only at the end
   CHECK(find(sides(a, b, 21.0)).bars.empty());
   CHECK(find(sides(a, {30, 0}, 18.0)).bars.empty());  // as wide as long
   const rvdnav_segment base = segment_between(a, b, {50, 5});
+  CHECK(find(sides(a, {155, 0}, 2.2)).bars.empty());  // longer than any bar of that width
   CHECK(find({base, segment_between({0, 4}, {100, 20}, {50, 5})}).bars.empty());
   CHECK(find({base, segment_between({70, 8}, {170, 8}, {50, 5})}).bars.empty());
   CHECK(find({base, segment_between({40, 8}, {140, 8}, {50, 5})}).bars.size() == 1);

@@ -31,8 +31,8 @@ rvdnav_bracket acquire(const View (&scene_views)[2], bool with_left = true, bool
     faces[camera] = view.face();
     std::vector<rvdnav_bar> bars(256);
     uint32_t total = 0;
-    const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()), {2.2, 45.0},
-                                     bars.data(), 256, &total);
+    const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()),
+                                     {2.2, 45.0, 40.0}, bars.data(), 256, &total);
     Proposal found[32];
     bool limited = false;
     const uint32_t n = propose_brackets(views::rig(), model, camera, {faces[camera], bars.data(), count}, kGate, 20000,
@@ -251,8 +251,8 @@ TEST_CASE("one view proposes the true pose") {
     views::add_bracket(view, i % 2, truth, random, 0.0);
     std::vector<rvdnav_bar> bars(256);
     uint32_t total = 0;
-    const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()), {2.2, 45.0},
-                                     bars.data(), 256, &total);
+    const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()),
+                                     {2.2, 45.0, 40.0}, bars.data(), 256, &total);
     Proposal proposals[32];
     bool limited = false;
     const uint32_t n = propose_brackets(views::rig(), kModel, i % 2, {view.face(), bars.data(), count}, kGate, 20000,
@@ -356,7 +356,7 @@ TEST_CASE("work limits are kept and told") {
   views::add_bracket(view, 0, random_pose(random, 0.5, 0.6, 0.3, 0.3), random, 0.1);
   std::vector<rvdnav_bar> bars(256);
   uint32_t total = 0;
-  const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()), {2.2, 45.0},
+  const uint32_t count = find_bars(view.segments.data(), static_cast<uint32_t>(view.segments.size()), {2.2, 45.0, 40.0},
                                    bars.data(), 256, &total);
   const ViewBars with_bars = {view.face(), bars.data(), count};
   Proposal proposals[32];
