@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import attrs
 import numpy as np
 
@@ -55,6 +57,15 @@ _WHOLE = 0.5
 _SAME_POLARITY = 0.6
 # Scatter of an edge's samples about its line from which they don't show it.
 _STRAIGHT_PX = 0.7
+# Logarithm of the odds for an edge's line against steps that noise put anywhere in the windows: the mean of a view's
+# edges from which the view shows the target, and what one edge counts at most.  Neighbouring samples share pixels: two
+# count as one.
+_VIEW_LOG_ODDS = 8.0
+_MAX_LOG_ODDS = 20.0
+_SAMPLES_SHARED = 2.0
+_LEAST_SCATTER_PX = 0.05
+# Of the windows' half-width, px, where no step is looked for.
+_WINDOW_MARGIN_PX = 1.0
 # An edge against an uneven background scatters, and may be displaced as a whole by this part of its scatter; prints
 # repeat along an edge, and displace it in many places alike.
 _UNEVEN_SIGMA = 0.2
@@ -134,6 +145,20 @@ def line_polarity(sampled: SampledEdges, fits: EdgeLines) -> IntArray:
     return np.sign(total[fits.camera, fits.edge]).astype(np.int64)
 
 
+def view_log_odds(sampled: SampledEdges, fits: EdgeLines, half_width: float) -> FloatArray:
+    """(cameras,) the mean over a view's edges of the logarithm of the odds for the fitted line, about which its samples
+    scatter normally, against steps of noise that lie evenly within half_width px less the margin that the core leaves.
+    """
+    count = sampled.count(fits.weights > 0.0)[fits.camera, fits.edge]
+    window = 2.0 * (half_width - _WINDOW_MARGIN_PX)
+    scatter = np.maximum(fits.rms, _LEAST_SCATTER_PX)
+    odds = count / _SAMPLES_SHARED * np.log(window / (math.sqrt(2.0 * math.pi * math.e) * scatter))
+    total = np.zeros(len(sampled.attempted))
+    np.add.at(total, fits.camera, np.clip(odds, 0.0, _MAX_LOG_ODDS))
+    mean: FloatArray = total / np.maximum((sampled.attempted > 0).sum(axis=1), 1)
+    return mean
+
+
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
     """(cameras, edges) part of the profiles on the image that are inliers (n,)."""
     part: FloatArray = sampled.count(inlier) / np.maximum(sampled.attempted, 1)
@@ -202,7 +227,8 @@ def measure(
     trusted = np.zeros((len(images), len(model)), np.bool_)
     # Between prints any straight line agrees with some profiles; an edge's own don't scatter.
     straight = (fits.rms < _STRAIGHT_PX) | (model.bracket is not None)
-    trusted[lines.camera, lines.edge] = (pose.weights > _TRUSTED) & straight
+    told = view_log_odds(sampled, fits, _HALF_WIDTH_PX) > _VIEW_LOG_ODDS
+    trusted[lines.camera, lines.edge] = (pose.weights > _TRUSTED) & straight & told[lines.camera]
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
     lacking = front_coverage(sampled, inlier) < _WHOLE
     back = np.zeros(lacking.shape)
