@@ -163,6 +163,23 @@ def test_a_mirror_image_is_found_and_given_its_weight(tilt: float) -> None:
         assert decision.log_odds == pytest.approx(undecided.log_odds, abs=0.1)
 
 
+def test_a_view_of_noise_alone_vouches_for_nothing() -> None:
+    """In each window some step of the noise is the steepest; together they show no edge."""
+    rig, model = example_rig(), EdgeModel.of_bracket(TARGET.bracket)
+    T = pose(0.5, 0.01, 0.06, 4.0, 6.0, -2.0)
+    _, right = draw_images(rig, TARGET, T)
+    noise = np.random.default_rng(3).normal(60.0, 40.0, right.shape).clip(0, 255).astype(np.uint8)
+    knowledge = Knowledge(rig, model)
+    learned, unknown = Learned.nothing(knowledge.lasting), np.zeros((2, 8), np.int64)
+    measurement = measure(Core(rig, TARGET), rig, model, knowledge, learned, (noise, right), T, unknown)
+    found = (
+        measurement.sampled.count(np.ones(len(measurement.sampled.camera), np.bool_)) / measurement.sampled.attempted
+    )
+    assert found[0].mean() > 0.3
+    assert (measurement.coverage[0] == 0.0).all()
+    assert measurement.coverage[1].mean() > 0.9
+
+
 def errors(A: np.ndarray, B: np.ndarray) -> float:
     return float(np.degrees(np.linalg.norm(pose_error(A, B)[3:])))
 

@@ -57,12 +57,15 @@ _WHOLE = 0.5
 _SAME_POLARITY = 0.6
 # Scatter of an edge's samples about its line from which they don't show it.
 _STRAIGHT_PX = 0.7
-# Logarithm of the odds for an edge's line against steps that noise put anywhere in the windows: the mean of a view's
-# edges from which the view shows the target, and what one edge counts at most.  Neighbouring samples share pixels: two
-# count as one.
+# Logarithm of the odds for an edge's line against steps that noise put anywhere in the windows: from which the edge is
+# shown; the mean of a view's edges from which the view shows the target; and what one edge counts at most in it.
+# Neighbouring samples share pixels: two count as one.
+_LINE_LOG_ODDS = 4.0
 _VIEW_LOG_ODDS = 8.0
 _MAX_LOG_ODDS = 20.0
 _SAMPLES_SHARED = 2.0
+# Part of the windows in which noise has such a step, and of an edge's, which may be hidden in part.
+_FOUND_IN_NOISE, _FOUND_ON_EDGE = 0.35, 0.6
 _LEAST_SCATTER_PX = 0.05
 # Of the windows' half-width, px, where no step is looked for.
 _WINDOW_MARGIN_PX = 1.0
@@ -145,18 +148,25 @@ def line_polarity(sampled: SampledEdges, fits: EdgeLines) -> IntArray:
     return np.sign(total[fits.camera, fits.edge]).astype(np.int64)
 
 
-def view_log_odds(sampled: SampledEdges, fits: EdgeLines, half_width: float) -> FloatArray:
-    """(cameras,) the mean over a view's edges of the logarithm of the odds for the fitted line, about which its samples
-    scatter normally, against steps of noise that lie evenly within half_width px less the margin that the core leaves.
+def told_from_noise(sampled: SampledEdges, fits: EdgeLines, half_width: float) -> BoolArray:
+    """(k,) whether a fitted line's samples, and those of its view, lie about their lines rather than anywhere.
+
+    In noise some step is the steepest in many a window.  Such steps lie evenly within half_width px less the margin
+    that the core leaves, those of an edge normally about its line, and in more of the windows.
     """
     count = sampled.count(fits.weights > 0.0)[fits.camera, fits.edge]
+    lacking = sampled.attempted[fits.camera, fits.edge] - count
     window = 2.0 * (half_width - _WINDOW_MARGIN_PX)
     scatter = np.maximum(fits.rms, _LEAST_SCATTER_PX)
-    odds = count / _SAMPLES_SHARED * np.log(window / (math.sqrt(2.0 * math.pi * math.e) * scatter))
+    odds = count * np.log(window / (math.sqrt(2.0 * math.pi * math.e) * scatter))
+    odds += count * math.log(_FOUND_ON_EDGE / _FOUND_IN_NOISE)
+    odds += lacking * math.log((1.0 - _FOUND_ON_EDGE) / (1.0 - _FOUND_IN_NOISE))
+    odds /= _SAMPLES_SHARED
     total = np.zeros(len(sampled.attempted))
     np.add.at(total, fits.camera, np.clip(odds, 0.0, _MAX_LOG_ODDS))
-    mean: FloatArray = total / np.maximum((sampled.attempted > 0).sum(axis=1), 1)
-    return mean
+    view = total / np.maximum((sampled.attempted > 0).sum(axis=1), 1)
+    told: BoolArray = (odds > _LINE_LOG_ODDS) & (view[fits.camera] > _VIEW_LOG_ODDS)
+    return told
 
 
 def front_coverage(sampled: SampledEdges, inlier: BoolArray) -> FloatArray:
@@ -227,8 +237,8 @@ def measure(
     trusted = np.zeros((len(images), len(model)), np.bool_)
     # Between prints any straight line agrees with some profiles; an edge's own don't scatter.
     straight = (fits.rms < _STRAIGHT_PX) | (model.bracket is not None)
-    told = view_log_odds(sampled, fits, _HALF_WIDTH_PX) > _VIEW_LOG_ODDS
-    trusted[lines.camera, lines.edge] = (pose.weights > _TRUSTED) & straight & told[lines.camera]
+    told = told_from_noise(sampled, fits, _HALF_WIDTH_PX)
+    trusted[lines.camera, lines.edge] = (pose.weights > _TRUSTED) & straight & told
     inlier = (fits.weights > _TRUSTED) & trusted[sampled.camera, sampled.edge]
     lacking = front_coverage(sampled, inlier) < _WHOLE
     back = np.zeros(lacking.shape)
