@@ -137,11 +137,12 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
         return False
     if shown.any(axis=0).sum() < min(settings.min_edges, len(model)):
         return False
-    if not acquired:
+    # In one view nothing else contradicts a bracket that is nearer, and so larger, along two of its bars.
+    if not acquired and len(measurement.cameras) > 1:
         return _every_bar_shown(shown, expected, settings.min_bar_edges)
     return _every_bar_shown(shown, expected, settings.acquired_bar_edges) or (
         _every_bar_shown(shown, expected, settings.min_bar_edges)
-        and _all_but_one_bar(shown, expected, measurement.polarity)
+        and _all_but_one_bar(shown, expected, measurement.polarity, settings.acquired_bar_edges)
     )
 
 
@@ -160,20 +161,26 @@ def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:
     (cameras, edges); least, of a bar's four edge images.  Without a bar the target's size in one direction goes
     unchecked: a wrong one passes for a tilt.
     """
+    return bool(_shown_bars(shown, expected, least).all())
+
+
+def _shown_bars(shown: BoolArray, expected: BoolArray, least: int) -> BoolArray:
+    """(bars,) which of them are shown so."""
     wanted = _by_bar(expected).sum(axis=(0, 2))
     found = _by_bar(shown).sum(axis=(0, 2))
     # Fewer are asked for where one view alone, or a part of the bracket, is there to show them.
-    return bool((found >= np.ceil(wanted * least / _EDGE_IMAGES)).all())
+    enough: BoolArray = found >= np.ceil(wanted * least / _EDGE_IMAGES)
+    return enough
 
 
-def _all_but_one_bar(shown: BoolArray, expected: BoolArray, polarity: IntArray) -> bool:
-    """Whether every edge of all bars but one is shown in the views that should see it, and those of that one have their
-    light side where the other bars have it; all (cameras, edges).
+def _all_but_one_bar(shown: BoolArray, expected: BoolArray, polarity: IntArray, least: int) -> bool:
+    """Whether all bars but one are shown by enough edges, and those of that one have their light side where the other
+    bars have it; arguments as above, polarity (cameras, edges).
 
     A joint or a shadow may hide an edge in both views.  The others then vouch for the pose, and the light side tells
     that the bar's remaining edge isn't its other one, a bar's width off.
     """
-    lacking = _by_bar(expected & ~shown).any(axis=(0, 2))
+    lacking = ~_shown_bars(shown, expected, least)
     lighter = _by_bar(polarity * _INWARDS)
     seen = _by_bar(shown)
     usual = np.sign(np.where(seen[:, ~lacking], lighter[:, ~lacking], 0).sum())

@@ -38,11 +38,11 @@ from rvdnav.rig import Rig
 _COARSE_HALF_WIDTH_PX = 3.5
 _HALF_WIDTH_PX = 2.5
 _MAX_ROUNDS = 5
-# Shown blur over the expected one from which steps are measured anew with twice of it; the largest that is tried, and
-# from which on the blur mixes the two edges of a bar, px.
-_BLURRED = 1.2
-_BLUR_STEP = 1.7
-_MAX_BLUR_PX = 5.0
+# Shown blur over the expected one from which larger ones are tried; these, px; the part of them that must be found, where
+# the fit of a sharp step ends at 0.6; and from which on the blur mixes the two edges of a bar, px.
+_BLURRED = 1.1
+_BLURS_PX = (1.3, 2.5, 4.2)
+_FOUND_BLUR = 0.85
 _MIXING_BLUR_PX = 1.2
 # Beside prints the rounds can go to and fro between two sets of samples: from this one on, steps are halved.
 _FREE_ROUNDS = 1
@@ -197,19 +197,28 @@ def measure(
     z = knowledge.expected(learned)
     offsets = knowledge.edge_offsets(T, z)
     unknown = np.zeros(polarity.shape)
-    blur = np.full(polarity.shape, core.config.blur_sigma)
-    while True:
-        beside = Surroundings(unknown, blur)
+    sharp = Surroundings(unknown, np.full(polarity.shape, core.config.blur_sigma))
+
+    def coarse(beside: Surroundings) -> tuple[SampledEdges, EdgeLines, LineMeasurements, FloatArray]:
         sampled, fits, lines = _measure_lines(
             core, rig, model, images, cameras, T, offsets, _COARSE_HALF_WIDTH_PX, polarity, beside
         )
-        shown = edge_blur(sampled, fits.weights > _TRUSTED, blur)
-        blurred = shown > _BLURRED * blur
-        if not blurred.any() or blur.max() >= _MAX_BLUR_PX:
+        return sampled, fits, lines, edge_blur(sampled, fits.weights > _TRUSTED, beside.blur)
+
+    sampled, fits, lines, blur = coarse(sharp)
+    # The fit of a step looks as far as the expected blur: what is smoothed away farther than that seems sharp to it,
+    # and a bar narrower than its blur seems to be a wider one.  So a larger one is tried, and held to if it is found.
+    suspected = blur > _BLURRED * sharp.blur
+    least = blur.copy()
+    for expected in _BLURS_PX:
+        if not suspected.any():
             break
-        # The fit of a step looks as far as the expected blur, and finds no more than twice of it.
-        blur = np.where(blurred, _BLUR_STEP * blur, shown)
-    blur = shown
+        wide = Surroundings(face_widths(cameras, T, model), np.where(suspected, expected, blur))
+        shown = coarse(wide)[3]
+        suspected &= shown > _FOUND_BLUR * expected
+        blur = np.where(suspected, shown, blur)
+    if (blur > least).any():
+        sampled, fits, lines, blur = coarse(Surroundings(face_widths(cameras, T, model), blur))
     systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
     pose = refine_pose_lines(T, lines, cameras, systematics=systematics)
     T, z = pose.T_world_target, pose.z
