@@ -66,17 +66,21 @@ def test_one_view_that_shows_too_little(good: Measurement) -> None:
 
 
 def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
-    """Without l2 a bracket of another height would fit as well, tilted.  Of an acquired target more is asked, unless
-    all other bars are wholly shown and vouch for it."""
+    """Without l2 a bracket of another height would fit as well, tilted.  Of an acquired target more is asked, and
+    less where all other bars are wholly shown and vouch for it."""
     one_outer_edge = [(0, [2])]
     outer_edges = [(0, [2]), (1, [2])]
     but_one = [(0, [2, 3]), (1, [2])]
-    and_another = [(0, [2]), (1, [2, 6])]
+    all_of_it = [(0, [2, 3]), (1, [2, 3])]
+    but_one_and_another = [(0, [2, 3]), (1, [2, 6])]
+    and_another = [(0, [2, 6]), (1, [2, 6])]
     for hidden, acquired_passes, tracked_passes in (
         (one_outer_edge, True, True),
         (outer_edges, True, True),
         (and_another, False, True),
-        (but_one, False, False),
+        (but_one, True, True),
+        (but_one_and_another, False, False),
+        (all_of_it, False, False),
     ):
         spoiled = good
         for camera, edges in hidden:

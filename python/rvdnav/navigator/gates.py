@@ -138,12 +138,9 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
     if shown.any(axis=0).sum() < min(settings.min_edges, len(model)):
         return False
     # In one view nothing else contradicts a bracket that is nearer, and so larger, along two of its bars.
-    if not acquired and len(measurement.cameras) > 1:
-        return _every_bar_shown(shown, expected, settings.min_bar_edges)
-    return _every_bar_shown(shown, expected, settings.acquired_bar_edges) or (
-        _every_bar_shown(shown, expected, settings.min_bar_edges)
-        and _all_but_one_bar(shown, expected, measurement.polarity, settings.acquired_bar_edges)
-    )
+    vouched = not acquired and len(measurement.cameras) > 1
+    least = settings.min_bar_edges if vouched else settings.acquired_bar_edges
+    return _every_bar_shown(shown, expected, least) or _all_but_one_bar(shown, expected, measurement.polarity, settings)
 
 
 def _most_shown(shown: BoolArray, expected: BoolArray) -> bool:
@@ -173,18 +170,25 @@ def _shown_bars(shown: BoolArray, expected: BoolArray, least: int) -> BoolArray:
     return enough
 
 
-def _all_but_one_bar(shown: BoolArray, expected: BoolArray, polarity: IntArray, least: int) -> bool:
+def _all_but_one_bar(shown: BoolArray, expected: BoolArray, polarity: IntArray, settings: NavigatorSettings) -> bool:
     """Whether all bars but one are shown by enough edges, and those of that one have their light side where the other
-    bars have it; arguments as above, polarity (cameras, edges).
+    bars have it; polarity (cameras, edges), the others as above.
 
-    A joint or a shadow may hide an edge in both views.  The others then vouch for the pose, and the light side tells
-    that the bar's remaining edge isn't its other one, a bar's width off.
+    A joint, a shadow or a background that blur mixes in may hide an edge in both views.  The others then vouch for the
+    pose, the more of them the fewer are asked of that bar, and the light side tells that the bar's remaining edge isn't
+    its other one, a bar's width off.
     """
-    lacking = ~_shown_bars(shown, expected, least)
+    lacking = ~_shown_bars(shown, expected, settings.acquired_bar_edges)
+    whole = (_by_bar(shown) | ~_by_bar(expected)).all(axis=(0, 2))
+    least = 1 if whole[~lacking].all() else settings.min_bar_edges
+    if lacking.sum() != 1 or not _every_bar_shown(shown, expected, least):
+        return False
     lighter = _by_bar(polarity * _INWARDS)
     seen = _by_bar(shown)
     usual = np.sign(np.where(seen[:, ~lacking], lighter[:, ~lacking], 0).sum())
-    return bool(lacking.sum() == 1 and usual != 0 and (lighter[:, lacking][seen[:, lacking]] == usual).all())
+    # Before an uneven background an edge has either side lighter in turn, which speaks neither for it nor against it.
+    remaining = lighter[:, lacking][seen[:, lacking]]
+    return bool(usual != 0 and (remaining == usual).any() and (remaining != -usual).all())
 
 
 def _by_bar(edges: NDArray[Any]) -> NDArray[Any]:
@@ -223,13 +227,13 @@ def plausible_motion(
 
     That is within the prediction's and the measurement's covariance together; or, where the whole images were searched
     rather than the windows that the wrong prediction opened, within what the largest speeds allow in the seconds since
-    the last pose.
+    the last pose.  One view by itself, in which a rod or a shadow can stand in for a bar, doesn't overrule a prediction.
     """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
     covariance = prediction.covariance + measurement.own_covariance
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
-    if not acquired:
+    if not acquired or len(measurement.cameras) == 1:
         return False
     slow = float(np.linalg.norm(error[:3])) <= settings.max_speed * seconds
     return slow and float(np.linalg.norm(error[3:])) <= settings.max_turn_rate * seconds
