@@ -155,8 +155,10 @@ def test_covariance(good: Measurement) -> None:
 
 @pytest.mark.parametrize("gate", [(0.25, 0.85), (0.95, 1.7)])
 def test_range_gate(good: Measurement, gate: tuple[float, float]) -> None:
+    """Of what was sought; a track goes on beyond it."""
     config = Core(RIG, TARGET, range_min=gate[0], range_max=gate[1]).config
-    assert failed_gates(good, MODEL, ACQUIRED, RIG, KNOWLEDGE, SETTINGS, config) == {Reason.RANGE_GATE}
+    for frame, expected in ((ACQUIRED, {Reason.RANGE_GATE}), (TRACKED, set())):
+        assert failed_gates(good, MODEL, frame, RIG, KNOWLEDGE, SETTINGS, config) == expected
 
 
 def moved_matches(pixels: float) -> FrameResult:

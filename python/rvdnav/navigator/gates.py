@@ -79,7 +79,8 @@ def failed_gates(
     if views > 1 and view_difference(measurement, rig, loss) > settings.view_sigmas:
         reasons.add(Reason.CROSS_VIEW)
     distance = float(np.linalg.norm(pose.T_world_target[:3, 3]))
-    if not config.range_min <= distance <= config.range_max:
+    # It bounds the search; what is tracked may come nearer or go farther, as long as its edges are in view.
+    if acquired and not config.range_min <= distance <= config.range_max:
         reasons.add(Reason.RANGE_GATE)
     if _too_uncertain(pose.covariance, distance, settings):
         # The rival's share widens the covariance; without it the pose by itself is sure enough.

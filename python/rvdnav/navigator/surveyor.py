@@ -134,7 +134,7 @@ class Surveyor:
         start = now()
         try:
             coarse = coarse_pose(self._model, frame, self._cameras, prior)
-            astray = self._astray(coarse, prior)
+            astray = self._astray(coarse, prior, acquired=frame.bracket is not None)
             if astray is not None:
                 return Attempt(frozenset({astray}), frame, images)
             measurement = self._measure(images, coarse, polarity, learned)
@@ -172,15 +172,11 @@ class Surveyor:
     def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
         return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity)
 
-    @property
-    def _range_gate(self) -> tuple[float, float]:
-        return self._core.config.range_min, self._core.config.range_max
-
-    def _astray(self, coarse: FloatArray, prior: FloatArray) -> Reason | None:
+    def _astray(self, coarse: FloatArray, prior: FloatArray, acquired: bool) -> Reason | None:
         """What tells that lines which don't belong together have led the coarse pose (4, 4) away from the prior."""
-        nearest, farthest = self._range_gate
+        nearest, farthest = self._core.config.range_min, self._core.config.range_max
         distance = float(np.linalg.norm(coarse[:3, 3]))
-        if not nearest * (1.0 - _RANGE_MARGIN) <= distance <= farthest * (1.0 + _RANGE_MARGIN):
+        if acquired and not nearest * (1.0 - _RANGE_MARGIN) <= distance <= farthest * (1.0 + _RANGE_MARGIN):
             return Reason.RANGE_GATE
         shift = float(np.linalg.norm(coarse[:3, 3] - prior[:3, 3]))
         return None if shift <= _MAX_SHIFT * float(np.linalg.norm(prior[:3, 3])) else Reason.NOT_CONVERGED
