@@ -228,7 +228,7 @@ def plausible_motion(
 
     That is within the prediction's and the measurement's covariance together; or, where the whole images were searched
     rather than the windows that the wrong prediction opened, within what the largest speeds allow in the seconds since
-    the last pose.  One view by itself, in which a rod or a shadow can stand in for a bar, doesn't overrule a prediction.
+    the last pose.  One view by itself, where a rod or a shadow can stand in for a bar, doesn't overrule a prediction.
     """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
     covariance = prediction.covariance + measurement.own_covariance

@@ -8,6 +8,7 @@ and learnt, the others are each frame's own.
 
 from __future__ import annotations
 
+import math
 from copy import copy
 
 import attrs
@@ -18,19 +19,20 @@ from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import blur_excess
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.navigator.shutter import Motion, RollingShutter
 from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.systematics import Group, Systematics
 from rvdnav.rig import Rig, calibration_parameters
 
-TARGET, CALIBRATION, STEPS, EDGES = 0, 1, 2, 3
+TARGET, CALIBRATION, STEPS, EDGES, MOTION = 0, 1, 2, 3, 4
 """The groups, in their order."""
 
 # How many independent errors the stated standard deviations are worth against those that the lines show: a maker who
-# says 0.3 mm may mean 0.1 or 1; of a calibration fewer parameters show in the images.
-_WEIGHTS = (1.0, 4.0, 1.0, 1.0)
+# says 0.3 mm may mean 0.1 or 1; of a calibration fewer parameters show in the images; what the filter says stands.
+_WEIGHTS = (1.0, 4.0, 1.0, 1.0, math.inf)
 # The largest scales: how far what was said can be from what is, before the frame is not to be believed.
-_LARGEST = (5.0, 5.0, 20.0, 25.0)
+_LARGEST = (5.0, 5.0, 20.0, 25.0, 1.0)
 # By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
 _STEP_PART = 0.015
 # By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of
@@ -50,14 +52,15 @@ _NEGLIGIBLE = 1e-12
 class Learned:
     """What frames have taught of the lasting parameters (p,): target first, then calibration.
 
-    information (p, p), vector (p,): information times mean, in stated standard deviations.  scales (4,): of what was
-    stated, by group.  frames: how many.
+    information (p, p), vector (p,): information times mean, in stated standard deviations.  scales (5,): of what was
+    stated, by group.  frames: how many.  motion: of the target, where the rows are exposed one after the other.
     """
 
     information: FloatArray
     vector: FloatArray
     scales: FloatArray
     frames: int
+    motion: Motion | None = None
 
     @classmethod
     def nothing(cls, parameters: int) -> Learned:
@@ -101,6 +104,7 @@ class Knowledge:
         polarity: IntArray,
         blur: FloatArray,
         learned: Learned,
+        shutter: RollingShutter | None = None,
     ) -> Systematics:
         """Of lines near a pose (4, 4); polarity (n,): +1 brighter towards a line's normal, -1 darker, 0 unknown.
 
@@ -113,7 +117,8 @@ class Knowledge:
         steps[row, :, lines.camera] = -(_STEP_PART * own * polarity)[:, None]
         edges = np.zeros((len(lines), 2, len(self._model)))
         edges[row, :, lines.edge] = -np.hypot(_EDGE_SIGMA_PX, _EDGE_PART * blur_excess(own))[:, None]
-        derivative = np.concatenate([self.derivative(T_world_target, lines), steps, edges], axis=2)
+        moved = np.zeros((len(lines), 2, 0)) if shutter is None else shutter.by_motion(T_world_target, lines)
+        derivative = np.concatenate([self.derivative(T_world_target, lines), steps, edges, moved], axis=2)
         return self._systematics(derivative, learned)
 
     def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
@@ -127,8 +132,9 @@ class Knowledge:
 
     def _sizes(self, parameters: int) -> tuple[int, ...]:
         """Of the groups, of the lasting parameters alone or of all."""
+        lasting = (len(self._point_sigma), int(self._directions.shape[1]))
         of_frame = (self._views, len(self._model)) if parameters > self.lasting else (0, 0)
-        return (len(self._point_sigma), int(self._directions.shape[1]), *of_frame)
+        return (*lasting, *of_frame, parameters - sum(lasting) - sum(of_frame))
 
     def derivative(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
         """(n, 2, p), px: of the lines' residuals with respect to the lasting parameters."""

@@ -16,6 +16,7 @@ from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.print_borders import border_separation
 from rvdnav.navigator.sampling import SampledEdges, Surroundings, sample_edges
+from rvdnav.navigator.shutter import RollingShutter
 from rvdnav.navigator.sides import side_separation
 from rvdnav.navigator.views import Images
 from rvdnav.pose import (
@@ -38,8 +39,8 @@ from rvdnav.rig import Rig
 _COARSE_HALF_WIDTH_PX = 3.5
 _HALF_WIDTH_PX = 2.5
 _MAX_ROUNDS = 5
-# Shown blur over the expected one from which larger ones are tried; these, px; the part of them that must be found, where
-# the fit of a sharp step ends at 0.6; and from which on the blur mixes the two edges of a bar, px.
+# Shown blur over the expected one from which larger ones are tried; these, px; the part of them that must be found,
+# where the fit of a sharp step ends at 0.6; and from which on the blur mixes the two edges of a bar, px.
 _BLURRED = 1.1
 _BLURS_PX = (1.3, 2.5, 4.2)
 _FOUND_BLUR = 0.85
@@ -158,10 +159,10 @@ def told_from_noise(sampled: SampledEdges, fits: EdgeLines, half_width: float) -
     lacking = sampled.attempted[fits.camera, fits.edge] - count
     window = 2.0 * (half_width - _WINDOW_MARGIN_PX)
     scatter = np.maximum(fits.rms, _LEAST_SCATTER_PX)
-    odds = count * np.log(window / (math.sqrt(2.0 * math.pi * math.e) * scatter))
-    odds += count * math.log(_FOUND_ON_EDGE / _FOUND_IN_NOISE)
-    odds += lacking * math.log((1.0 - _FOUND_ON_EDGE) / (1.0 - _FOUND_IN_NOISE))
-    odds /= _SAMPLES_SHARED
+    by_scatter = count * np.log(window / (math.sqrt(2.0 * math.pi * math.e) * scatter))
+    by_count = count * math.log(_FOUND_ON_EDGE / _FOUND_IN_NOISE)
+    by_count += lacking * math.log((1.0 - _FOUND_ON_EDGE) / (1.0 - _FOUND_IN_NOISE))
+    odds = (by_scatter + by_count) / _SAMPLES_SHARED
     total = np.zeros(len(sampled.attempted))
     np.add.at(total, fits.camera, np.clip(odds, 0.0, _MAX_LOG_ODDS))
     view = total / np.maximum((sampled.attempted > 0).sum(axis=1), 1)
@@ -195,13 +196,14 @@ def measure(
     cameras = rectified_cameras(rig)
     T = T_world_target
     z = knowledge.expected(learned)
+    shutter = None if learned.motion is None else RollingShutter(rig, model, learned.motion)
     offsets = knowledge.edge_offsets(T, z)
     unknown = np.zeros(polarity.shape)
     sharp = Surroundings(unknown, np.full(polarity.shape, core.config.blur_sigma))
 
     def coarse(beside: Surroundings) -> tuple[SampledEdges, EdgeLines, LineMeasurements, FloatArray]:
         sampled, fits, lines = _measure_lines(
-            core, rig, model, images, cameras, T, offsets, _COARSE_HALF_WIDTH_PX, polarity, beside
+            core, rig, model, images, cameras, T, offsets, shutter, _COARSE_HALF_WIDTH_PX, polarity, beside
         )
         return sampled, fits, lines, edge_blur(sampled, fits.weights > _TRUSTED, beside.blur)
 
@@ -219,7 +221,7 @@ def measure(
         blur = np.where(suspected, shown, blur)
     if (blur > least).any():
         sampled, fits, lines, blur = coarse(Surroundings(face_widths(cameras, T, model), blur))
-    systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
+    systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned, shutter)
     pose = refine_pose_lines(T, lines, cameras, systematics=systematics)
     T, z = pose.T_world_target, pose.z
     either = np.zeros_like(polarity)
@@ -231,10 +233,10 @@ def measure(
         beside = Surroundings(face_widths(cameras, T, model) if sided else unknown, blur)
         offsets = knowledge.edge_offsets(T, z[: knowledge.lasting])
         sampled, fits, lines = _measure_lines(
-            core, rig, model, images, cameras, T, offsets, _HALF_WIDTH_PX, either, beside
+            core, rig, model, images, cameras, T, offsets, shutter, _HALF_WIDTH_PX, either, beside
         )
         blur = edge_blur(sampled, fits.weights > _TRUSTED, blur)
-        systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned)
+        systematics = knowledge.systematics(T, lines, line_polarity(sampled, fits), blur, learned, shutter)
         pose = refine_pose_edges(T, lines, cameras, systematics)
         change = difference(pose.T_world_target, T)
         T, z = pose.T_world_target, pose.z
@@ -269,12 +271,17 @@ def _measure_lines(
     cameras: RectifiedCameras,
     T_world_target: FloatArray,
     offsets: FloatArray,
+    shutter: RollingShutter | None,
     half_width: float,
     polarity: IntArray,
     beside: Surroundings,
 ) -> tuple[SampledEdges, EdgeLines, LineMeasurements]:
     """The edges measured where a pose puts them: samples, lines through them, and these for the refinement."""
+    if shutter is not None:
+        offsets = offsets + shutter.edge_offsets(T_world_target)
     sampled = sample_edges(core, rig, images, T_world_target, model, half_width, polarity, beside, offsets)
+    if shutter is not None:
+        sampled = shutter.at_stamp(sampled, T_world_target)
     moved = np.zeros(polarity.shape)
     if beside.face.any():
         sampled, moved = with_slopes(sampled)

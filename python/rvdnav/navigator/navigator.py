@@ -18,11 +18,12 @@ from rvdnav.navigator.gates import contradicted, plausible_motion
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.intake import take_in
-from rvdnav.navigator.knowledge import Knowledge
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
 from rvdnav.navigator.residuals import edge_residuals
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.shutter import Motion
 from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.surveyor import Surveyor
@@ -229,7 +230,7 @@ class Navigator:
         prediction = self._prediction(timestamp_ns)
         tracked = None
         if prediction is not None:
-            tracked = self._surveyor.track(images, self._expected(prediction), self._memory.learned, times)
+            tracked = self._surveyor.track(images, self._expected(prediction), self._learned, times)
             if tracked is not None:
                 tracked = self._against(prediction, timestamp_ns, tracked)
                 if self._model.bracket is None:
@@ -239,13 +240,19 @@ class Navigator:
         # What the images have not confirmed yet doesn't speak against what they show elsewhere.
         unconfirmed = self._memory.held_odds is not None or self._memory.initial_pose is not None
         following = None if unconfirmed else prediction
-        searched = self._surveyor.acquire(images, following, self._memory.learned, times)
+        searched = self._surveyor.acquire(images, following, self._learned, times)
         if following is not None:
             searched = self._against(following, timestamp_ns, searched)
         # Without a result either way, tell why the tracked edges were refused: they say more than the search.
         if not searched.passed and tracked is not None and tracked.measurement is not None:
             return tracked
         return searched
+
+    @property
+    def _learned(self) -> Learned:
+        """What earlier frames have taught; with the target's motion where the shutter rolls."""
+        motion = Motion.of(self._filter.state) if self._rig.line_delay_ns > 0 else None
+        return attrs.evolve(self._memory.learned, motion=motion)
 
     def _track_loosely(self, timestamp_ns: int, images: Images, tracked: Attempt, times: dict[str, float]) -> Attempt:
         """What cannot be sought in the whole images is sought farther around, whatever its velocity was."""
@@ -254,7 +261,7 @@ class Navigator:
         before = self._filter.state
         self._filter.loosen()
         prediction = self._filter.predict(timestamp_ns)
-        attempt = self._surveyor.track(images, self._expected(prediction), self._memory.learned, times)
+        attempt = self._surveyor.track(images, self._expected(prediction), self._learned, times)
         if attempt is not None:
             attempt = self._against(prediction, timestamp_ns, attempt)
             if attempt.passed:

@@ -20,6 +20,7 @@ from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.seeker import chosen_lines, seek
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.navigator.shutter import RollingShutter
 from rvdnav.navigator.stage_times import lap, now
 from rvdnav.navigator.two_fold import decide
 from rvdnav.navigator.views import Images, Views, look, see
@@ -67,6 +68,9 @@ class Surveyor:
         windows: list[Any] = [(), ()]
         try:
             offsets = self._knowledge.edge_offsets(prediction.T_world_target, self._knowledge.expected(learned))
+            if learned.motion is not None:
+                shutter = RollingShutter(self._rig, self._model, learned.motion)
+                offsets = offsets + shutter.edge_offsets(prediction.T_world_target)
             for camera, image in enumerate(images):
                 if image is None:
                     continue
