@@ -19,6 +19,7 @@ from rvdnav.solution import Reason
 RIG, TARGET = example_rig(), bracket_target()
 TRUE = pose(0.9, 0.01, 0.06, 2.0, 3.0, -2.0)
 SETTINGS = NavigatorSettings()
+NOTHING = np.zeros((6, 6))
 
 
 MODEL = EdgeModel.of_bracket(TARGET.bracket)
@@ -245,7 +246,19 @@ def test_motion(good: Measurement, position_m: float, turn_deg: float, seconds: 
     prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
     change = np.array([position_m, 0.0, 0.0, 0.0, np.radians(turn_deg), 0.0])
     moved = attrs.evolve(with_pose(good, T_world_target=perturb(TRUE, change)), own_covariance=np.eye(6) * 1e-12)
-    assert plausible_motion(moved, True, prediction, seconds, SETTINGS) is expected
+    assert plausible_motion(moved, True, prediction, NOTHING, seconds, SETTINGS) is expected
+
+
+def test_one_view_overrules_a_prediction_only_if_it_shows_the_whole_target() -> None:
+    prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
+    learned = Learned.nothing(KNOWLEDGE.lasting)
+    left = measure(CORE, RIG, MODEL, KNOWLEDGE, learned, (IMAGES[0], None), TRUE, UNKNOWN)
+    moved = with_pose(left, T_world_target=perturb(TRUE, np.array([0.02, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    assert plausible_motion(moved, True, prediction, NOTHING, 0.125, SETTINGS)
+    assert not plausible_motion(hide(moved, 0, [2, 3, 4]), True, prediction, NOTHING, 0.125, SETTINGS)
+    # What errs alike in all frames may differ between one view and two.
+    lasting = np.diag([0.01, 0.01, 0.01, 0.0, 0.0, 0.0]) ** 2
+    assert plausible_motion(hide(moved, 0, [2, 3, 4]), True, prediction, lasting, 0.125, SETTINGS)
 
 
 @pytest.mark.parametrize(("position_m", "expected"), [(0.005, True), (0.10, False)])
@@ -254,7 +267,7 @@ def test_motion_found_in_the_windows_of_the_prediction(good: Measurement, positi
     prediction = PredictedPose(TRUE, np.diag([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 5e-3]) ** 2)
     change = np.array([position_m, 0.0, 0.0, 0.0, 0.0, 0.0])
     moved = attrs.evolve(with_pose(good, T_world_target=perturb(TRUE, change)), own_covariance=np.eye(6) * 1e-12)
-    assert plausible_motion(moved, False, prediction, 0.125, SETTINGS) is expected
+    assert plausible_motion(moved, False, prediction, NOTHING, 0.125, SETTINGS) is expected
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,8 @@ _EDGE_IMAGES = 4
 _INWARDS = np.tile([1, -1], 4)
 _SHIFT_PX = 0.1
 _MIN_EDGE_IMAGES = 4
+# Part of all profiles by which a target is wholly shown.
+_WHOLLY_SHOWN = 0.9
 # Of any target's edges, and of all their profiles: with the borders of prints a solid can look like a smaller one.
 _MOST_EDGES = 0.7
 _MOST_PROFILES = 0.6
@@ -222,19 +224,29 @@ def _rms_px(measurement: Measurement) -> float:
 
 
 def plausible_motion(
-    measurement: Measurement, acquired: bool, prediction: PredictedPose, seconds: float, settings: NavigatorSettings
+    measurement: Measurement,
+    acquired: bool,
+    prediction: PredictedPose,
+    lasting: FloatArray,
+    seconds: float,
+    settings: NavigatorSettings,
 ) -> bool:
     """Whether the target can have come from the prediction to the measured pose.
 
     That is within the prediction's and the measurement's covariance together; or, where the whole images were searched
     rather than the windows that the wrong prediction opened, within what the largest speeds allow in the seconds since
-    the last pose.  One view by itself, where a rod or a shadow can stand in for a bar, doesn't overrule a prediction.
+    the last pose.  One view by itself overrules a prediction only if it shows the whole target: a rod or a shadow can
+    stand in for a bar.  It errs otherwise than two views, so that what errs alike in all frames, of the prediction
+    lasting (6, 6), counts too.
     """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
-    covariance = prediction.covariance + measurement.own_covariance
+    alone = len(measurement.cameras) == 1
+    covariance = prediction.covariance + (
+        lasting + measurement.pose.covariance if alone else measurement.own_covariance
+    )
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
-    if not acquired or len(measurement.cameras) == 1:
+    if not acquired or (alone and measurement.total_coverage < _WHOLLY_SHOWN):
         return False
     slow = float(np.linalg.norm(error[:3])) <= settings.max_speed * seconds
     return slow and float(np.linalg.norm(error[3:])) <= settings.max_turn_rate * seconds

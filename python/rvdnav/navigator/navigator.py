@@ -275,7 +275,8 @@ class Navigator:
             return attempt
         seconds = (timestamp_ns - self._memory.last_pose_ns) * 1e-9
         acquired = attempt.acquisition is not None
-        if plausible_motion(attempt.measurement, acquired, prediction, seconds, self._settings):
+        lasting = self._memory.lasting_part
+        if plausible_motion(attempt.measurement, acquired, prediction, lasting, seconds, self._settings):
             return attempt
         return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.MOTION})
 
