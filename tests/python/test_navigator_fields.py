@@ -96,3 +96,13 @@ def test_an_undeclared_one_gives_the_middle_and_says_so(drawn):
     sigma = np.sqrt(np.trace(solution.covariance[:3, :3]))
     assert sigma > 0.8 * half
     assert all(abs(error - half) < 5e-4 for error in position_errors(solution))
+
+
+def test_fields_too_far_apart_are_not_published(drawn):
+    """Half way between them would be off by more than three of the largest standard deviations, 18 mm."""
+    rig, target = example_rig(), bracket_target()
+    far = draw_images(rig, target, pose(0.6, 0.053, 0.05, 4.0, -6.0, 5.0), seed=2)
+    frame = frame_of([woven(a, b) for a, b in zip(drawn[0], far, strict=True)], START_NS)
+    solution = Navigator(rig, target).process(frame)
+    assert not solution.published
+    assert solution.reasons == {Reason.INTERLACED, Reason.COVARIANCE}

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.images import PixelArray
-from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.views import Images
-from rvdnav.pose import FilterState, difference
 from rvdnav.pose.arrays import FloatArray
 
 # Cubic through four rows of a field, at the middle of the two inner ones.
@@ -39,10 +37,6 @@ _LARGEST_EVIDENCE = 10.0
 # a target that stands still doesn't take back at once what it has shown in motion.
 _INTERLACED = 3.0
 _LARGEST_MEMORY = 20.0
-# A velocity tells which field was earlier if it is so many standard deviations from none.
-_MOVING = 5.0
-# Odds from which on that is taken for told.
-_TOLD = 3.0
 # Rows are equal in pairs if they differ by this part of what neighbouring pairs differ by, in this share of them.
 _EQUAL = 0.25
 _EQUAL_SHARE = 0.9
@@ -52,8 +46,8 @@ _EQUAL_SHARE = 0.9
 class Fields:
     """What of a frame's images is measured.
 
-    first: the images, or their fields that were exposed at the stamp, or the upper ones.  second: the lower ones, where
-    either may have been.  noticed: the images are interlaced though nobody said so.
+    first: the images, or their fields that were exposed at the stamp.  second: the other fields, where either may have
+    been.  noticed: the images are interlaced though nobody said so.
     """
 
     first: Images
@@ -81,36 +75,6 @@ def noticed_fields(images: Images, odds: float) -> tuple[Fields, float]:
 
 def _fields(images: Images, first_row: int) -> Images:
     return tuple(None if image is None else field(image, first_row) for image in images)
-
-
-def at_stamp(
-    first: Measurement, second: Measurement, moving: FilterState | None, odds: float
-) -> tuple[Measurement, float]:
-    """Of measurements in the upper and the lower field the one of the field that was exposed first, as the stamp is of
-    that; half way between them until the target's motion has told which that is.
-
-    moving: what is known of the motion.  odds: logarithm of those for the upper field, from earlier frames; that with
-    this one is returned beside it.
-    """
-    odds = float(np.clip(odds + _upper_first(first, second, moving), -_LARGEST_MEMORY, _LARGEST_MEMORY))
-    if abs(odds) < _TOLD:
-        return first.between(second), odds
-    return (first if odds > 0.0 else second), odds
-
-
-def _upper_first(first: Measurement, second: Measurement, moving: FilterState | None) -> float:
-    """Logarithm of the odds that the pose went from the first measurement to the second one, not back, whatever the
-    time between them."""
-    if moving is None:
-        return 0.0
-    v = moving.velocity
-    if v @ np.linalg.solve(moving.covariance[6:, 6:], v) < _MOVING**2:
-        return 0.0
-    apart = difference(second.pose.T_world_target, first.pose.T_world_target)
-    information = np.linalg.inv(first.own_covariance + second.own_covariance)
-    along = float(apart @ information @ v)
-    odds = 2.0 * along * abs(along) / float(v @ information @ v)
-    return float(np.clip(odds, -_LARGEST_EVIDENCE, _LARGEST_EVIDENCE))
 
 
 def combed(image: PixelArray) -> float:

@@ -117,6 +117,13 @@ def _largest_rms_px(measurement: Measurement, model: EdgeModel, rig: Rig, settin
     return float(np.linalg.norm(parts))
 
 
+def too_far_apart(first: Measurement, second: Measurement, settings: NavigatorSettings) -> bool:
+    """Whether what lies half way between two measurements, where the truth is at either, is off by more than three of
+    the largest standard deviations."""
+    apart = second.pose.T_world_target[:3, 3] - first.pose.T_world_target[:3, 3]
+    return float(np.linalg.norm(apart)) > 6.0 * settings.max_position_sigma
+
+
 def _too_uncertain(covariance: FloatArray, distance: float, settings: NavigatorSettings) -> bool:
     """Whether the largest standard deviation in any direction exceeds its limit; distance, m."""
     position, attitude = (float(np.sqrt(np.linalg.eigvalsh(block)[-1])) for block in _blocks(covariance))

@@ -24,7 +24,7 @@ class Memory:
     lasting_part (6, 6): of the last published covariance, what errs alike in all frames.  initial_pose (4, 4): given
     by the caller, until a pose is published or the target lost.  learned: of the lasting errors of target and rig.
     sizes: of a target of unknown size, None before it was first seen.  interlaced: logarithm of the odds that the
-    images are, by the frames so far; first_field: that then their upper field was exposed before the other.
+    images are, by the frames so far.
     """
 
     state: State
@@ -39,7 +39,6 @@ class Memory:
     initial_pose: FloatArray | None = None
     sizes: Sizes | None = None
     interlaced: float = 0.0
-    first_field: float = 0.0
 
     @classmethod
     def blank(cls, cameras: int, edges: int, lasting: int) -> Memory:

@@ -13,8 +13,8 @@ from rvdnav.errors import CoreError, InputError
 from rvdnav.navigator.attempt import Attempt
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.expectation import Expectation
-from rvdnav.navigator.fields import Fields, at_stamp, declared_fields, noticed_fields
-from rvdnav.navigator.gates import contradicted, plausible_motion
+from rvdnav.navigator.fields import Fields, declared_fields, noticed_fields
+from rvdnav.navigator.gates import contradicted, plausible_motion, too_far_apart
 from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.initial_pose import checked_pose, pose_covariance
 from rvdnav.navigator.intake import take_in
@@ -161,9 +161,9 @@ class Navigator:
                 other, _ = self._measure(frame.timestamp_ns, fields.second, times)
                 if other.reasons or other.measurement is None:
                     return self._without_pose(frame.timestamp_ns, notes | other.reasons, other)
-                moving, odds = self._filter.state, self._memory.first_field
-                measurement, odds = at_stamp(measurement, other.measurement, moving, odds)
-                self._remember(first_field=odds)
+                if too_far_apart(measurement, other.measurement, self._settings):
+                    return self._without_pose(frame.timestamp_ns, notes | {Reason.COVARIANCE}, attempt)
+                measurement = measurement.between(other.measurement)
             return self._published(frame.timestamp_ns, notes, attempt, measurement)
         except _UNDETERMINED:
             self.memory = unmeasured
