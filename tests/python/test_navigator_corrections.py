@@ -156,7 +156,7 @@ def test_a_calibration_off_by_several_times_its_covariance_raises_the_alarm(wron
 def test_the_given_sequences(name: str, fault: str | None, told: set[Reason]) -> None:
     sequence = FaultySequence(open_sequence(SEQUENCES / name), [] if fault is None else [parse_fault(fault)])
     navigator = Navigator(sequence.rig, sequence.target)
-    run = [navigator.process(sequence[index]) for index in range(6)]
+    run = [navigator.process(sequence[index]) for index in range(0, 20, 2)]
     assert any(s.published for s in run)
     assert fault is not None or all(s.published for s in run)
     assert {reason for s in run for reason in s.reasons & ALARMS} == told

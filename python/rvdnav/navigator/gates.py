@@ -243,14 +243,11 @@ def plausible_motion(
     That is within the prediction's and the measurement's covariance together; or, where the whole images were searched
     rather than the windows that the wrong prediction opened, within what the largest speeds allow in the seconds since
     the last pose.  One view by itself overrules a prediction only if it shows the whole target: a rod or a shadow can
-    stand in for a bar.  It errs otherwise than two views, so that what errs alike in all frames, of the prediction
-    lasting (6, 6), counts too.
+    stand in for a bar.  lasting (6, 6): of what errs alike in all frames what doesn't cancel between the two.
     """
     error = difference(measurement.pose.T_world_target, prediction.T_world_target)
     alone = len(measurement.cameras) == 1
-    covariance = prediction.covariance + (
-        lasting + measurement.pose.covariance if alone else measurement.own_covariance
-    )
+    covariance = prediction.covariance + measurement.own_covariance + lasting
     if float(error @ np.linalg.solve(covariance, error)) <= settings.motion_sigmas**2:
         return True
     if not acquired or (alone and measurement.total_coverage < _WHOLLY_SHOWN):

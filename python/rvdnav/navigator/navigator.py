@@ -275,7 +275,10 @@ class Navigator:
             return attempt
         seconds = (timestamp_ns - self._memory.last_pose_ns) * 1e-9
         acquired = attempt.acquisition is not None
-        lasting = self._memory.lasting_part
+        lasting = np.zeros((6, 6))
+        if self._rig.is_stereo and len(attempt.measurement.cameras) == 1:
+            # One view errs otherwise than two do, also by what errs alike in all frames.
+            lasting = self._memory.lasting_part + attempt.measurement.pose.covariance
         if plausible_motion(attempt.measurement, acquired, prediction, lasting, seconds, self._settings):
             return attempt
         return attrs.evolve(attempt, reasons=attempt.reasons | {Reason.MOTION})
