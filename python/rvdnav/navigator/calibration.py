@@ -45,17 +45,17 @@ class CalibrationEffect:
         place = np.stack(np.meshgrid(*nodes), axis=-1).reshape(-1, 2)
         uv = 0.5 * (place + 1.0) * _last_pixel(rig)
         basis = _basis(place)
-        regular = [_regular(rig, i, uv) for i in range(len(rig.cameras))]
         steps = calibration_steps(len(rig.cameras))
         cameras = range(len(rig.cameras))
-        shift, focal, centers = [], [], []
+        moved, focal, centers = [], [], []
         for delta, span in zip(np.diag(steps), 2.0 * steps, strict=True):
             above, below = rig.perturbed(delta), rig.perturbed(-delta)
-            moved = [(above.raw_to_rect(i, uv) - below.raw_to_rect(i, uv)) / span for i in cameras]
-            shift.append([_fitted(basis, xy, clear) for xy, clear in zip(moved, regular, strict=True)])
+            moved.append([(above.raw_to_rect(i, uv) - below.raw_to_rect(i, uv)) / span for i in cameras])
             focal.append((above.focal_rect - below.focal_rect) / span)
             centers.append([(above.T_world_cam[i][:3, 3] - below.T_world_cam[i][:3, 3]) / span for i in cameras])
-        return cls(rig, np.moveaxis(np.array(shift), 0, -1), np.array(focal), np.moveaxis(np.array(centers), 0, -1))
+        shifts = np.moveaxis(np.array(moved), 0, -1)  # (cameras, n, 2, p)
+        shift = np.array([_fitted(basis, shifts[i], _regular(rig, i, uv)) for i in cameras])
+        return cls(rig, shift, np.array(focal), np.moveaxis(np.array(centers), 0, -1))
 
     def residual_derivatives(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
         """Derivatives (n, 2, p) of the lines' residuals at a pose (4, 4) with respect to the parameters.
@@ -151,10 +151,12 @@ def _regular(rig: Rig, camera: int, uv: FloatArray) -> BoolArray:
 
 
 def _fitted(basis: FloatArray, shift: FloatArray, regular: BoolArray) -> FloatArray:
-    """Coefficients (m, 2) of the shifts (n, 2) at the nodes."""
+    """Coefficients (m, 2, p) of the shifts (n, 2, p) at the nodes."""
     if regular.all():  # the polynomials are orthogonal to each other at the nodes, so that the fit is a sum
-        return np.asarray((basis / np.square(basis).sum(axis=0)).T @ shift)
-    return np.asarray(np.linalg.lstsq(basis[regular], shift[regular], rcond=None)[0])
+        return np.asarray(np.tensordot((basis / np.square(basis).sum(axis=0)).T, shift, 1))
+    chosen = shift[regular]
+    fitted = np.linalg.lstsq(basis[regular], chosen.reshape(len(chosen), -1), rcond=None)[0]
+    return np.asarray(fitted).reshape(-1, *shift.shape[1:])
 
 
 def _last_pixel(rig: Rig) -> FloatArray:
