@@ -26,7 +26,7 @@ from rvdnav import Navigator, open_sequence
 from rvdnav.errors import InputError
 from rvdnav.evaluation import PAPER_ATTITUDE_RAD, PAPER_POSITION_M, evaluate
 from rvdnav.faults import STRENGTHS, FaultySequence, parse_fault
-from rvdnav.files import write_text_atomically
+from rvdnav.files import read_text, write_text_atomically
 from rvdnav.rig import calibration_parameters
 
 SIGMAS = 5.0
@@ -261,14 +261,20 @@ def table(rows: Iterable[tuple[str, ...]]) -> list[str]:
     return [f"| {' | '.join(cells)} |" for cells in (HEADINGS, ("---",) * len(HEADINGS), *rows)]
 
 
-def write_into(page: Path, lines: list[str]) -> None:
-    """Put the table in place of the one after the page's mark."""
-    mark = "<!-- table: python bench/envelope.py -->\n"
-    before, found, after = page.read_text("utf-8").partition(mark)
+MARK = "<!-- table: python bench/envelope.py -->\n"
+
+
+def around_table(page: Path) -> tuple[str, str]:
+    """The page's text up to its mark, after which the table stands, and what comes after the table.
+
+    A page that isn't there is the mark alone.  Raises InputError for one without the mark, or without a folder.
+    """
+    if not page.parent.is_dir():
+        raise InputError(f"{page.parent}: no such folder")
+    before, found, after = read_text(page).partition(MARK) if os.path.exists(page) else ("", MARK, "")
     if not found:
-        raise InputError(f"{page}: has no line {mark.strip()}")
-    rest = after[after.find("\n\n") :] if "\n\n" in after else "\n"
-    write_text_atomically(page, before + found + "\n".join(lines) + rest)
+        raise InputError(f"{page}: has no line {MARK.strip()}")
+    return before + found, after[after.find("\n\n") :] if "\n\n" in after else "\n"
 
 
 def cells(outcomes: dict[str, Outcome]) -> dict[str, list[Cell]]:
@@ -282,8 +288,8 @@ def cells(outcomes: dict[str, Outcome]) -> dict[str, list[Cell]]:
     return rows
 
 
-def main() -> None:
-    """Measure, print the table, and write it into the page."""
+def main(arguments: list[str]) -> None:
+    """Measure, print the table, and write it into the page.  Raises InputError."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sequences", nargs="+", metavar="SEQUENCE")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th frame")
@@ -292,7 +298,9 @@ def main() -> None:
     parser.add_argument("--results", type=Path, metavar="FILE", help="keep the outcomes here, and go on from them")
     parser.add_argument("--out", type=Path, metavar="FILE.md", help="write the table into this page")
     parser.add_argument("--picture", type=Path, metavar="FILE.svg", help="draw it")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
+    if given.out is not None:
+        before, after = around_table(given.out)  # a page that cannot take it is refused before the work is done
     cases = [case for case in CASES if re.search(given.only, case.fault)]
     runs = [
         Run(path, case.fault, draw, given.every)
@@ -316,10 +324,13 @@ def main() -> None:
     lines = table(rows)
     print("\n".join(lines))
     if given.out is not None:
-        write_into(given.out, lines)
+        write_text_atomically(given.out, before + "\n".join(lines) + after)
     if given.picture is not None:
         write_text_atomically(given.picture, picture(cells(together)))
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main(sys.argv[1:])
+    except InputError as error:
+        sys.exit(f"envelope: {error}")

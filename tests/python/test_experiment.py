@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import cv2
@@ -14,6 +16,7 @@ from rvdnav.experiment import compare_edges, compare_thinning
 from rvdnav.experiment.chart import CONTRASTS, LEVELS, draw_chart
 from rvdnav.experiment.sobel import THRESHOLDS, detail_by_kind, plain_sobel, quality
 from rvdnav.experiment.thinning import pack_edges
+from rvdnav.output import read_solutions
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "approach"
 
@@ -97,12 +100,32 @@ def test_packing_is_undone_by_unpacking(width: int) -> None:
 def test_the_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     assert execute(["experiment", "paper", "--run", str(EXAMPLE), "--out", str(out)]) == 0
-    assert str(out / "experiment.html") in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert str(out / "experiment.html") in text
+    assert "24 of 24" in text
+    assert sorted(path.name for path in out.iterdir()) == ["experiment.html", "poses.tum", "solutions.jsonl"]
     page = (out / "experiment.html").read_text()
     for number in range(9, 15):
         assert f"Figure {number}:" in page
     assert page.count("Section 3.1") == 4
     assert "24 of 24 frames published" in page
+
+
+def test_a_report_that_cannot_be_written_leaves_the_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("rvdnav.cli.experiment.write_paper_report", full)
+    out = tmp_path / "out"
+    assert execute(["experiment", "paper", "--run", str(EXAMPLE), "--out", str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"rvdnav: {out / 'experiment.html'}: cannot be written, the results are there without it")
+    assert line.endswith("No space left on device")
+    assert sorted(path.name for path in out.iterdir()) == ["poses.tum", "solutions.jsonl"]
+    solutions = read_solutions(out)
+    assert (len(solutions), sum(solution.published for solution in solutions)) == (24, 24)
 
 
 def test_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

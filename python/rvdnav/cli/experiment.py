@@ -7,10 +7,11 @@ from pathlib import Path
 
 from rvdnav.cli.examples import example
 from rvdnav.cli.simulate import render
+from rvdnav.cli.tables import print_evaluation
 from rvdnav.cli.terminal import console
 from rvdnav.errors import InputError
 from rvdnav.experiment import REPORT, navigate, write_paper_report
-from rvdnav.output import staged_directory
+from rvdnav.output import staged_directory, staged_report, write_solutions
 from rvdnav.sequence import open_sequence
 
 _SEQUENCE = "sequence"
@@ -31,6 +32,9 @@ def experiment(name: str, run: Path | None, out: Path) -> int:
         place = out / _SEQUENCE
     with staged_directory(out) as staging:
         navigated = navigate(open_sequence(place))
-        write_paper_report(staging / REPORT, navigated)
+        write_solutions(staging, navigated.solutions)
+    print_evaluation(navigated.evaluation)
+    with staged_report(out, REPORT) as page:
+        write_paper_report(page, navigated)
     console.print(f"report: {out / REPORT}", soft_wrap=True)
     return 0 if navigated.evaluation.published else 1
