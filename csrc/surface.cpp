@@ -60,9 +60,9 @@ void lay_out(const rvdnav_rig& rig, Arena& arena, SurfaceMemory* memory) {
   arena.take(&memory->matches, crossings);
 }
 
-uint32_t reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig, const GreyView& left,
-                             const GreyView& right, SurfaceMemory& memory, rvdnav_surface_point* points,
-                             uint32_t capacity, uint32_t* total) {
+SurfaceCounts reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig, const GreyView& left,
+                                  const GreyView& right, SurfaceMemory& memory, rvdnav_surface_point* points,
+                                  uint32_t capacity) {
   build_pyramid(rig, 0, left, memory);
   build_pyramid(rig, 1, right, memory);
   const CrossingLimits limits = {config.match_half_window, config.match_min_score_q8 * 128, config.match_uniqueness_q8,
@@ -89,18 +89,18 @@ uint32_t reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig,
   const RectRig rect = rect_rig(rig);
   const SurfaceGeometry geometry = {rect, projection_matrix(rect, 0), projection_matrix(rect, 1)};
   const CrossingRows& rows = views[0].rows;
-  uint32_t written = 0, seen = 0;
+  SurfaceCounts counts = {0, 0, 0};
   for (int32_t y = 0; y < rig.height; ++y) {
     for (uint32_t i = rows.begin(y); i < rows.end(y); ++i) {
       rvdnav_surface_point point;
+      ++counts.crossings;
       if (memory.matches[i].right < 0) continue;
       if (!make_surface_point(views[0], views[1], y, memory.matches[i], rows.crossings[i], geometry, &point)) continue;
-      ++seen;
-      if (written < capacity) points[written++] = point;
+      ++counts.points;
+      if (counts.written < capacity) points[counts.written++] = point;
     }
   }
-  *total = seen;
-  return written;
+  return counts;
 }
 
 }  // namespace rvdnav

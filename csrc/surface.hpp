@@ -30,10 +30,16 @@ struct SurfaceMemory {
 // Gives every array its place; with an arena that only counts, the need is what it has used.
 void lay_out(const rvdnav_rig& rig, Arena& arena, SurfaceMemory* memory);
 
-// Points of the surface that the left view sees, row by row.  Returns the number written, at most capacity (the first
-// ones); *total counts all.  rig has two cameras.
-uint32_t reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig, const GreyView& left,
-                             const GreyView& right, SurfaceMemory& memory, rvdnav_surface_point* points,
-                             uint32_t capacity, uint32_t* total);
+struct SurfaceCounts {
+  uint32_t written;    // at most the capacity
+  uint32_t points;     // all of them
+  uint32_t crossings;  // of the left view, with a point or without
+};
+
+// Points of the surface that the left view sees, row by row, the first ones where there is no room for all.  rig has
+// two cameras.
+SurfaceCounts reconstruct_surface(const rvdnav_config& config, const rvdnav_rig& rig, const GreyView& left,
+                                  const GreyView& right, SurfaceMemory& memory, rvdnav_surface_point* points,
+                                  uint32_t capacity);
 
 }  // namespace rvdnav

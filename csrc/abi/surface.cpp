@@ -25,11 +25,12 @@ rvdnav_status rvdnav_surface_size(const rvdnav_context* context, size_t* size) {
 
 rvdnav_status rvdnav_surface(const rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                              void* memory, size_t size, rvdnav_surface_point* points, uint32_t capacity,
-                             uint32_t* count) {
+                             uint32_t* count, uint32_t* crossings) {
   RVDNAV_TRY(check_stereo(context));
   RVDNAV_TRY(check_image(context, left));
   RVDNAV_TRY(check_image(context, right));
-  if (memory == nullptr || count == nullptr || (points == nullptr && capacity > 0)) return RVDNAV_ERROR_NULL;
+  if (memory == nullptr || count == nullptr || crossings == nullptr) return RVDNAV_ERROR_NULL;
+  if (points == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
   size_t needed = 0;
   RVDNAV_TRY(rvdnav_surface_size(context, &needed));
   if (size < needed || reinterpret_cast<uintptr_t>(memory) % kAlignment != 0) return RVDNAV_ERROR_MEMORY;
@@ -37,8 +38,8 @@ rvdnav_status rvdnav_surface(const rvdnav_context* context, const rvdnav_image* 
   Arena arena(memory, size);
   SurfaceMemory work = {};
   lay_out(c.rig, arena, &work);
-  uint32_t total = 0;
-  const uint32_t written =
-      reconstruct_surface(c.config, c.rig, grey_view(*left), grey_view(*right), work, points, capacity, &total);
-  return finish_list(written, total, count);
+  const SurfaceCounts counts =
+      reconstruct_surface(c.config, c.rig, grey_view(*left), grey_view(*right), work, points, capacity);
+  *crossings = counts.crossings;
+  return finish_list(counts.written, counts.points, count);
 }

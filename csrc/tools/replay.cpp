@@ -146,9 +146,9 @@ class Replay {
     std::vector<unsigned char> memory(size + kAlignment);
     const size_t offset = (kAlignment - reinterpret_cast<uintptr_t>(memory.data()) % kAlignment) % kAlignment;
     std::vector<rvdnav_surface_point> points(left.size() / 8);
-    uint32_t count = 0;
+    uint32_t count = 0, crossings = 0;
     check(rvdnav_surface(context_, &l, &r, memory.data() + offset, size, points.data(),
-                         static_cast<uint32_t>(points.size()), &count),
+                         static_cast<uint32_t>(points.size()), &count, &crossings),
           "surface");
     std::vector<int32_t> integers;
     for (uint32_t i = 0; i < count; ++i) {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -60,8 +60,12 @@ def median_frame_time(solutions: Sequence[Solution]) -> float | None:
 
 def unpublished_reasons(solutions: Sequence[Solution]) -> list[tuple[Reason, int]]:
     """Why frames were not published, and how many for each reason, the most first; a frame may have several."""
-    counts = Counter(reason for s in solutions if not s.published for reason in s.reasons)
-    return sorted(counts.items(), key=lambda item: (-item[1], item[0].name))
+    return counted(reason for s in solutions if not s.published for reason in s.reasons)
+
+
+def counted(reasons: Iterable[Reason]) -> list[tuple[Reason, int]]:
+    """How often each reason occurs, the most frequent first."""
+    return sorted(Counter(reasons).items(), key=lambda item: (-item[1], item[0].name))
 
 
 def learned_dimensions(solutions: Sequence[Solution]) -> LearnedDimensions | None:

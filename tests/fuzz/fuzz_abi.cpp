@@ -164,7 +164,8 @@ void run_frame(Input& input, rvdnav_context* context, const rvdnav_rig& rig) {
   if (rvdnav_surface_size(context, &size) != RVDNAV_OK) broken();
   const Memory memory = aligned(size);
   std::vector<rvdnav_surface_point> points(256);
-  rvdnav_surface(context, &images[0], &images[1], memory.get(), size, points.data(), 256, &count);
+  uint32_t crossings = 0;
+  rvdnav_surface(context, &images[0], &images[1], memory.get(), size, points.data(), 256, &count, &crossings);
 }
 
 }  // namespace

@@ -126,8 +126,9 @@ void run_frame(const scene::Owner& owner, const rvdnav_rig& rig, const rvdnav_wi
     REQUIRE(rvdnav_surface_size(owner.context, &size) == RVDNAV_OK);
     const std::unique_ptr<void, scene::Owner::Free> memory(std::aligned_alloc(64, (size + 63) / 64 * 64));
     std::vector<rvdnav_surface_point> points(4096);
+    uint32_t crossings = 0;
     const rvdnav_status surface =
-        rvdnav_surface(owner.context, &image, &image, memory.get(), size, points.data(), 4096, &count);
+        rvdnav_surface(owner.context, &image, &image, memory.get(), size, points.data(), 4096, &count, &crossings);
     CHECK((surface == RVDNAV_OK || surface == RVDNAV_ERROR_CAPACITY));
   }
   CHECK(owner.guard_intact());
@@ -278,8 +279,9 @@ TEST_CASE("windows and model edges at their extremes") {
       window.*field = value;
       run_frame(owner, small_rig(), window);
     }
-    for (double rvdnav_model_edge::*field : {&rvdnav_model_edge::x0, &rvdnav_model_edge::y0, &rvdnav_model_edge::x1,
-                                             &rvdnav_model_edge::y1, &rvdnav_model_edge::face, &rvdnav_model_edge::blur}) {
+    for (double rvdnav_model_edge::*field :
+         {&rvdnav_model_edge::x0, &rvdnav_model_edge::y0, &rvdnav_model_edge::x1, &rvdnav_model_edge::y1,
+          &rvdnav_model_edge::face, &rvdnav_model_edge::blur}) {
       rvdnav_model_edge edge = kEdge;
       edge.*field = value;
       run_frame(owner, small_rig(), kWindow, edge);

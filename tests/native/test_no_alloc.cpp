@@ -105,9 +105,10 @@ TEST_CASE("a surface in lent memory allocates nothing") {
   REQUIRE(rvdnav_surface_size(owner.context, &size) == RVDNAV_OK);
   void* memory = std::aligned_alloc(64, (size + 63) / 64 * 64);
   std::vector<rvdnav_surface_point> points(10000);
-  uint32_t count = 0;
+  uint32_t count = 0, crossings = 0;
   const long before = allocations;
-  const rvdnav_status status = rvdnav_surface(owner.context, &left, &right, memory, size, points.data(), 10000, &count);
+  const rvdnav_status status =
+      rvdnav_surface(owner.context, &left, &right, memory, size, points.data(), 10000, &count, &crossings);
   const long after = allocations;
   CHECK(after - before == 0);
   CHECK(status == RVDNAV_OK);

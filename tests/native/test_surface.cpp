@@ -64,6 +64,7 @@ rvdnav_image image_of(const plain::Grey& grey) { return {grey.pixels.data(), gre
 struct Surface {
   rvdnav_status status = RVDNAV_OK;
   std::vector<rvdnav_surface_point> points;
+  uint32_t crossings = 0;
 };
 
 Surface reconstruct(const rvdnav_rig& rig, const plain::Grey& left, const plain::Grey& right,
@@ -80,7 +81,7 @@ Surface reconstruct(const rvdnav_rig& rig, const plain::Grey& left, const plain:
   uint32_t count = 0;
   const rvdnav_image l = image_of(left), r = image_of(right);
   out.status = rvdnav_surface(owner.context, &l, &r, memory, size, out.points.data(),
-                              static_cast<uint32_t>(out.points.size()), &count);
+                              static_cast<uint32_t>(out.points.size()), &count, &out.crossings);
   CHECK(std::all_of(memory + size, memory + size + kGuard, [](uint8_t byte) { return byte == 0xa5; }));
   CHECK(owner.guard_intact());
   std::free(memory);
@@ -191,16 +192,19 @@ TEST_CASE("stripes along the rows, a regular grid and unrelated noise give no su
     const plain::Grey left = draw(rig, 0, texture, 1.0, seed);
     const plain::Grey right = draw(
         rig, 1, [&](double x, double y) { return texture(x + 70.0, y); }, 1.0, seed + 1);
-    return reconstruct(rig, left, right).points.size();
+    return reconstruct(rig, left, right);
   };
-  CHECK(both([](double, double y) { return 120.0 + 80.0 * std::sin(y / 4.0); }, 321) == 0);
-  CHECK(both([](double x, double) { return 120.0 + 80.0 * std::sin(x / 2.0); }, 323) == 0);
+  CHECK(both([](double, double y) { return 120.0 + 80.0 * std::sin(y / 4.0); }, 321).points.empty());
+  const Surface grid = both([](double x, double) { return 120.0 + 80.0 * std::sin(x / 2.0); }, 323);
+  CHECK(grid.points.empty());
+  const double half_period = 2.0 * 3.14159265;  // a zero crossing in each, of every row
+  CHECK(grid.crossings == doctest::Approx(rig.height * rig.width / half_period).epsilon(0.05));
   plain::Random random(325);
   const plain::Grey left = plain::random_grey(random, rig.width, rig.height);
   const plain::Grey right = plain::random_grey(random, rig.width, rig.height);
   CHECK(reconstruct(rig, left, right).points.size() < 20);
   const plain::Grey dark(rig.width, rig.height, 7);
-  CHECK(reconstruct(rig, dark, dark).points.empty());
+  CHECK(reconstruct(rig, dark, dark).crossings == 0);
 }
 
 TEST_CASE("the range gate bounds the search") {
@@ -221,20 +225,22 @@ TEST_CASE("too little room says how much is needed, and gives the first points")
   const plain::Grey left = draw(rig, 0, texture, 1.0, 342);
   const plain::Grey right = draw(
       rig, 1, [&](double x, double y) { return texture(x + 70.0, y); }, 1.0, 343);
-  const std::vector<rvdnav_surface_point> all = reconstruct(rig, left, right).points;
+  const Surface all = reconstruct(rig, left, right);
   const scene::Owner owner(scene::config(), rig, nullptr);
   size_t size = 0;
   REQUIRE(rvdnav_surface_size(owner.context, &size) == RVDNAV_OK);
   void* memory = std::aligned_alloc(64, (size + 63) / 64 * 64);
   std::vector<rvdnav_surface_point> some(10);
-  uint32_t count = 0;
+  uint32_t count = 0, crossings = 0;
   const rvdnav_image l = image_of(left), r = image_of(right);
-  CHECK(rvdnav_surface(owner.context, &l, &r, memory, size, some.data(), 10, &count) == RVDNAV_ERROR_CAPACITY);
-  CHECK(count == all.size());
-  for (size_t i = 0; i < some.size(); ++i) CHECK(some[i].x_q8 == all[i].x_q8);
+  CHECK(rvdnav_surface(owner.context, &l, &r, memory, size, some.data(), 10, &count, &crossings) ==
+        RVDNAV_ERROR_CAPACITY);
+  CHECK(count == all.points.size());
+  CHECK(crossings == all.crossings);
+  for (size_t i = 0; i < some.size(); ++i) CHECK(some[i].x_q8 == all.points[i].x_q8);
 
   const auto call = [&](const rvdnav_image* a, void* block, size_t bytes, uint32_t* n) {
-    return rvdnav_surface(owner.context, a, &r, block, bytes, some.data(), 10, n);
+    return rvdnav_surface(owner.context, a, &r, block, bytes, some.data(), 10, n, &crossings);
   };
   CHECK(call(nullptr, memory, size, &count) == RVDNAV_ERROR_NULL);
   CHECK(call(&l, nullptr, size, &count) == RVDNAV_ERROR_NULL);
@@ -244,13 +250,15 @@ TEST_CASE("too little room says how much is needed, and gives the first points")
   rvdnav_image narrow = l;
   narrow.width -= 1;
   CHECK(call(&narrow, memory, size, &count) == RVDNAV_ERROR_IMAGE);
-  CHECK(rvdnav_surface(owner.context, &l, &r, memory, size, nullptr, 10, &count) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_surface(owner.context, &l, &r, memory, size, nullptr, 10, &count, &crossings) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_surface(owner.context, &l, &r, memory, size, some.data(), 10, &count, nullptr) == RVDNAV_ERROR_NULL);
   CHECK(rvdnav_surface_size(owner.context, nullptr) == RVDNAV_ERROR_NULL);
   CHECK(rvdnav_surface_size(nullptr, &size) == RVDNAV_ERROR_NULL);
 
   const scene::Owner alone(scene::config(), scene::rig(1), nullptr);
   CHECK(rvdnav_surface_size(alone.context, &size) == RVDNAV_ERROR_ARGUMENT);
-  CHECK(rvdnav_surface(alone.context, &l, &r, memory, size, some.data(), 10, &count) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(rvdnav_surface(alone.context, &l, &r, memory, size, some.data(), 10, &count, &crossings) ==
+        RVDNAV_ERROR_ARGUMENT);
   std::free(memory);
 }
 

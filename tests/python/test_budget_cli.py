@@ -57,6 +57,21 @@ def test_a_rig_is_named_by_its_file_and_the_target_by_an_option(folder: Path, tm
     assert execute([*arguments, "--out", str(tmp_path / "out"), *SMALL]) == 0
 
 
+def test_what_has_no_figures_is_counted_and_told_why(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        rvdnav.budget.budget, "check", lambda _, distance, angle, done: Check(distance, angle, np.ones(6), np.ones(6))
+    )
+    arguments = ["budget", str(folder), "--out", str(tmp_path / "out"), "--ranges", "0.02,0.5,1", "--angles", "0,30"]
+    assert execute([*arguments, "--check"]) == 0
+    text, page = capsys.readouterr().out, (tmp_path / "out" / "budget.html").read_text()
+    for shown in (text, page):
+        assert "ranges and angles with a pose: 4 of 6; at the others (–): " in shown
+        assert "designs with a pose: 8 of 8" in shown
+        assert "corners of ranges and angles checked: 2 of 4; at the others (–): there is no pose" in shown
+
+
 @pytest.mark.parametrize(("ratio", "code"), [(1.08, 0), (0.85, 1)])
 def test_a_check_that_fails_is_told(
     folder: Path,

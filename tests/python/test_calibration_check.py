@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import attrs
+import cv2
 import numpy as np
 import pytest
 from rvdnav.calibration.check import RigCheck, check_rig
@@ -63,12 +65,44 @@ def test_an_uncertain_calibration_is_given_the_benefit_of_the_doubt() -> None:
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rvdnav.calibration.check.MAX_FRAMES", 4)
     assert execute(["calibrate", "check", str(EXAMPLE)]) == 0
-    assert "the rig is true" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "the rig is true" in text
+    assert "4 of 4" in text
+    assert "looked at, spread over all 24" in text
     copy = tmp_path / "flown"
     shutil.copytree(EXAMPLE, copy)
     save_rig(turned(open_sequence(EXAMPLE).rig, 1, (0.08, 0.0, 0.0)), copy)
     assert execute(["calibrate", "check", str(copy)]) == 1
     assert "re-calibration is due: the cameras have turned by 0.0" in capsys.readouterr().out
+
+
+def test_frames_that_cannot_be_measured_are_told_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rvdnav.calibration.check.MAX_FRAMES", 6)
+    copy = tmp_path / "flown"
+    shutil.copytree(EXAMPLE, copy)
+    images = sorted((copy / "cam1" / "data").glob("*.png"))
+    for image in images[4:]:
+        image.unlink()
+    for image in sorted((copy / "cam0" / "data").glob("*.png"))[6:]:
+        image.unlink()
+    for listing in copy.glob("cam?/data.csv"):
+        listing.unlink()
+    black = np.zeros((576, 704), np.uint8)
+    cv2.imwrite(str(images[1]), black)
+    assert execute(["calibrate", "check", str(copy)]) == 0
+    text = capsys.readouterr().out
+    assert "3 of 6" in text
+    assert "Why 3 of 6 frames were not measured" in text
+    rows = dict(re.findall(r"(RIGHT_[A-Z]+) +│ +(\d+)", text))
+    assert rows == {"RIGHT_MISSING": "2", "RIGHT_UNUSABLE": "1"}
+    cv2.imwrite(str(images[2]), black)
+    assert execute(["calibrate", "check", str(copy)]) == 2
+    assert capsys.readouterr().err == (
+        f"rvdnav: {copy}: both cameras show the bracket in 2 of 6 frames, where 3 are needed "
+        "(RIGHT_MISSING 2, RIGHT_UNUSABLE 2)\n"
+    )
 
 
 @pytest.mark.parametrize("error", [CoreError(-5, "no use"), ValueError("no use"), np.linalg.LinAlgError("no use")])
@@ -84,7 +118,7 @@ def test_whatever_fails_is_one_line(
 
 
 def test_what_cannot_be_checked(make_sequence: Callable[..., Path], tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="both cameras show the bracket in 0 frames, where 3 are needed"):
+    with pytest.raises(InputError, match="both cameras show the bracket in 0 of 3 frames, where 3 are needed"):
         check_rig(open_sequence(make_sequence()))
     one = tmp_path / "one"
     shutil.copytree(EXAMPLE, one, ignore=shutil.ignore_patterns("cam1", "rig.yaml"))

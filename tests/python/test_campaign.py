@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import signal
 import sys
 import threading
@@ -11,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from distributed import Client, LocalCluster
 from rvdnav import InputError, Navigator, open_sequence
@@ -106,6 +109,7 @@ def test_the_numbers_are_those_of_the_runs(tmp_path: Path) -> None:
     np.testing.assert_allclose(undisturbed.column("attitude_error_rad").to_pylist(), expected.attitude_rad, rtol=1e-9)
     summary = summarise(rows)
     assert (summary.overall.trials, summary.overall.frames) == (2, 24 + 4)
+    assert summary.overall.judged == len(expected.position_m) + summary.by_fault[1].published
     fault_free = summary.by_fault[0]
     assert fault_free.published == expected.published
     assert fault_free.mean_nees_ratio == pytest.approx(expected.mean_nees_ratio)
@@ -116,6 +120,26 @@ def test_the_numbers_are_those_of_the_runs(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "dropped:0-19" in page
     assert "28 frames" in page
+
+
+def test_what_was_counted_and_why_not_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    partly = tmp_path / "partly"
+    shutil.copytree(EXAMPLE, partly)
+    truth = (partly / "groundtruth.tum").read_text().splitlines(keepends=True)
+    (partly / "groundtruth.tum").write_text("".join(line for line in truth if line.startswith("#")) + truth[-1])
+    plan, out = write_plan(tmp_path, f"name: some\nsequences: [{partly}]\nfaults: [black:3-4]\n"), tmp_path / "out"
+    assert execute(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 0
+    text = capsys.readouterr().out
+    page = (out / "campaign.html").read_text()
+    unpublished = [i for i, row in enumerate(pq.read_table(out / RESULTS).to_pylist()) if not row["published"]]
+    assert {3, 4} <= set(unpublished)
+    for shown in (text, page):
+        assert "0 of 1" in shown  # wrong, of those with a true pose
+        assert f"Why {len(unpublished)} of 24 frames were not published" in shown
+        assert "LEFT_UNUSABLE" in shown
+    assert f"judged: 1 of {24 - len(unpublished)} published poses; the others have no true pose within 1 us" in text
+    counts = dict(re.findall(r"([A-Z]{3,}[A-Z_]+) +│ +(\d+)", text))
+    assert counts["LEFT_UNUSABLE"] == counts["RIGHT_UNUSABLE"] == "2"
 
 
 def test_an_interrupted_campaign_goes_on_where_it_stopped(tmp_path: Path, tiny: Path) -> None:

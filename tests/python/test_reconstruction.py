@@ -33,6 +33,7 @@ def a_cloud(n: int = 7) -> Cloud:
         disparity=rng.uniform(60, 200, n),
         sigma_disparity=rng.uniform(0.05, 0.5, n),
         score=rng.uniform(0.7, 1.0, n),
+        crossings=2 * n,
     )
 
 
@@ -175,7 +176,9 @@ def test_the_command_writes_cloud_and_report(example, tmp_path, capsys):
     for words in ("sequence, frame 1", str(len(cloud)), "data:image/jpeg;base64,", "figure-cloud", "figure-sigma"):
         assert words in page
     text = capsys.readouterr().out
-    assert f"{len(cloud)}" in text
+    assert 0 < len(cloud) < cloud.crossings
+    assert f"{len(cloud)} of {cloud.crossings} zero crossings" in text
+    assert "the other zero crossings have no match to rely on" in text
     assert "sigma, median / 95 %" in text
     first = (out.read_bytes(), page)
     execute(["reconstruct", str(example), "--frame", "1", "--out", str(out)])
@@ -187,7 +190,7 @@ def test_a_frame_without_any_match_is_exit_code_1_with_the_files_written(make_se
     assert execute(["reconstruct", str(make_sequence()), "--frame", "0", "--out", str(out)]) == 1
     assert len(read_ply(out.read_bytes())["x"]) == 0
     assert out.with_suffix(".html").exists()
-    assert "points" in capsys.readouterr().out
+    assert "0 of " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -83,5 +83,4 @@ def draw_up(
 
 def check_places(result: Sweep) -> list[tuple[float, float]]:
     """Range, m, and angle, rad, of the poses of a check: the corners of the sweep where there is a pose."""
-    corners = {(i, j) for i in (0, len(result.ranges) - 1) for j in (0, len(result.angles) - 1)}
-    return [(result.ranges[i], result.angles[j]) for i, j in sorted(corners) if result.cells[i][j] is not None]
+    return [(found.distance, found.angle) for found in result.corners if found is not None]

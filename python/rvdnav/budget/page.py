@@ -16,6 +16,7 @@ from rvdnav.budget.rows import (
     cause_grids,
     change_grid,
     check_grids,
+    coverage,
     improvement_grid,
     verdict,
 )
@@ -37,6 +38,7 @@ def write_budget(path: Path, budget: Budget) -> None:
             figure_html(calibration_figure(budget.at), "calibration"),
         ),
         *(section(grid.title, _table(grid)) for grid in (change_grid(budget), *check_grids(budget))),
+        section("Counted", "".join(map(note_html, coverage(budget)))),
         section("Assumed", _table(assumption_grid(budget))),
     ]
     write_page(path, budget.name, "Error budget of the pose: one standard deviation", _tiles(budget), sections)

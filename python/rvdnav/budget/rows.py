@@ -126,6 +126,26 @@ def check_grids(budget: Budget) -> list[Grid]:
     return [Grid(f"σ of {SAMPLES} draws / linear σ", headings, tuple(rows))]
 
 
+def coverage(budget: Budget) -> list[str]:
+    """For how many ranges and angles, designs and places of a check there are figures, and why not for all."""
+    cells = [found for row in budget.sweep.cells for found in row]
+    gaps = ", ".join(f"{why} ({count})" for why, count in budget.sweep.gaps)
+    designs = [change.cell for change in budget.changes]
+    sentences = [
+        _counted("ranges and angles with a pose", cells, gaps),
+        _counted("designs with a pose", designs, "too little of the target is in view"),
+    ]
+    if budget.checks:
+        sentences.append(_counted("corners of ranges and angles checked", budget.sweep.corners, "there is no pose"))
+    return sentences
+
+
+def _counted(what: str, found: Sequence[Cell | None], otherwise: str) -> str:
+    count = sum(one is not None for one in found)
+    told = f"{what}: {count} of {len(found)}"
+    return told if count == len(found) else f"{told}; at the others ({_NONE}): {otherwise}"
+
+
 def improvement_grid(result: Improvement) -> Grid:
     """The causes as a requirement sees them."""
     rows = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 import attrs
@@ -53,11 +54,15 @@ class Cell:
 
 def cell(design: Design, distance: float, angle: float) -> Cell | None:
     """The budget there; None where the lines in view do not determine the pose."""
-    azimuths = 2.0 * np.pi * np.arange(_DIRECTIONS if angle else 1) / _DIRECTIONS
     try:
-        budgets = [pose_budget(design, design.pose_at(distance, angle, float(azimuth))) for azimuth in azimuths]
+        return _drawn_up(design, distance, angle)
     except PoseError:
         return None
+
+
+def _drawn_up(design: Design, distance: float, angle: float) -> Cell:
+    azimuths = 2.0 * np.pi * np.arange(_DIRECTIONS if angle else 1) / _DIRECTIONS
+    budgets = [pose_budget(design, design.pose_at(distance, angle, float(azimuth))) for azimuth in azimuths]
 
     def mean(part: Callable[[PoseBudget], dict[str, FloatArray]]) -> dict[str, Sigma]:
         parts = [part(budget) for budget in budgets]
@@ -79,19 +84,36 @@ def cell(design: Design, distance: float, angle: float) -> Cell | None:
 
 @attrs.frozen(eq=False)
 class Sweep:
-    """Cells [range][angle]; None where the pose is not determined."""
+    """Cells [range][angle]; None where the pose is not determined.  gaps: why it is not, and in how many cells."""
 
     ranges: tuple[float, ...]
     angles: tuple[float, ...]
     cells: tuple[tuple[Cell | None, ...], ...]
+    gaps: tuple[tuple[str, int], ...]
 
     @property
     def head_on(self) -> tuple[Cell | None, ...]:
         """Those of the smallest angle, by range."""
         return tuple(row[0] for row in self.cells)
 
+    @property
+    def corners(self) -> tuple[Cell | None, ...]:
+        """Those of the smallest and the largest range and angle."""
+        rows, columns = (dict.fromkeys((0, len(values) - 1)) for values in (self.ranges, self.angles))
+        return tuple(self.cells[i][j] for i in rows for j in columns)
+
 
 def sweep(design: Design, ranges: Sequence[float], angles: Sequence[float]) -> Sweep:
     """The budget over ranges, m, and angles, rad, both in ascending order."""
     ranges, angles = tuple(sorted(ranges)), tuple(sorted(angles))
-    return Sweep(ranges, angles, tuple(tuple(cell(design, r, a) for a in angles) for r in ranges))
+    gaps: Counter[str] = Counter()
+
+    def at(distance: float, angle: float) -> Cell | None:
+        try:
+            return _drawn_up(design, distance, angle)
+        except PoseError as error:
+            gaps[str(error)] += 1
+            return None
+
+    cells = tuple(tuple(at(distance, angle) for angle in angles) for distance in ranges)
+    return Sweep(ranges, angles, cells, tuple(gaps.most_common()))

@@ -24,11 +24,15 @@ from rvdnav.pose import LineMeasurements, PoseError, line_residuals, refine_pose
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
 from rvdnav.sequence import Sequence
+from rvdnav.solution import Reason
+from rvdnav.summary import counted
 
 MAX_FRAMES = 24
 _ROTATION = slice(16, 19)
 """Of the calibration's parameters: rx, ry, rz of cam1_cam0."""
+_MIN_FRAMES = 3
 _TRUSTED = 0.2
+_MISSING = (Reason.LEFT_MISSING, Reason.RIGHT_MISSING)
 _MIN_LINES = 4
 """Of a view, so that it determines a pose."""
 _ENDPOINT_SIGMA_PX = 0.08
@@ -60,13 +64,16 @@ class FrameEvidence:
 class RigCheck:
     """What a sequence says of its rig.
 
-    frames: those measured, of `looked_at`.  turn (3,), rad, about the right camera's axes: by how much R_cam1_cam0
-    differs from the calibration; covariance (3, 3), in which the calibration's own is.  epipolar_px, length_errors: of
-    all frames together, see `FrameEvidence`.
+    frames: those measured, of `looked_at`, which are spread over `sequence_frames`.  refused: why the others were not,
+    and how many for each reason; a frame may have several.  turn (3,), rad, about the right camera's axes: by how much
+    R_cam1_cam0 differs from the calibration; covariance (3, 3), in which the calibration's own is.  epipolar_px,
+    length_errors: of all frames together, see `FrameEvidence`.
     """
 
     frames: int
     looked_at: int
+    sequence_frames: int
+    refused: tuple[tuple[Reason, int], ...]
     turn: FloatArray
     covariance: FloatArray
     epipolar_px: FloatArray
@@ -106,20 +113,33 @@ def check_rig(sequence: Sequence) -> RigCheck:
     learned = Learned.nothing(knowledge.lasting)
     effect = CalibrationEffect.of(rig)
     indices = sorted({int(i) for i in np.linspace(0, len(sequence) - 1, min(MAX_FRAMES, len(sequence))).round()})
-    found = []
+    found: list[FrameEvidence] = []
+    refused: list[Reason] = []
     for index in indices:
         frame = sequence[index]
         if frame.left is None or frame.right is None:
+            refused += [
+                reason for reason, image in zip(_MISSING, (frame.left, frame.right), strict=True) if image is None
+            ]
             continue
         attempt = surveyor.acquire((frame.left.pixels, frame.right.pixels), None, learned, {})
-        if attempt.measurement is not None:
-            # Refused ones count too: it may be the rig that is wrong about them.
-            evidence = _evidence(attempt.measurement.pose.T_world_target, attempt.measurement.lines, effect, bracket)
-            if evidence is not None:
-                found.append(evidence)
-    if len(found) < 3:
-        raise InputError(f"{sequence.path}: both cameras show the bracket in {len(found)} frames, where 3 are needed")
-    return _judge(found, len(indices), rig)
+        if attempt.measurement is None:
+            refused += attempt.reasons
+            continue
+        # What a run would refuse counts too: it may be the rig that is wrong about it.
+        evidence = _evidence(attempt.measurement.pose.T_world_target, attempt.measurement.lines, effect, bracket)
+        if evidence is None:
+            refused.append(Reason.TOO_FEW_LINES)
+        else:
+            found.append(evidence)
+    why = counted(refused)
+    if len(found) < _MIN_FRAMES:
+        told = ", ".join(f"{reason.name} {count}" for reason, count in why)
+        raise InputError(
+            f"{sequence.path}: both cameras show the bracket in {len(found)} of {len(indices)} frames, where "
+            f"{_MIN_FRAMES} are needed" + (f" ({told})" if told else "")
+        )
+    return _judge(found, rig, looked_at=len(indices), sequence_frames=len(sequence), refused=tuple(why))
 
 
 def _evidence(
@@ -185,7 +205,14 @@ def _length_errors(left: FloatArray, right: FloatArray, both: BoolArray, rig: Ri
     return errors[np.isfinite(errors)]
 
 
-def _judge(found: list[FrameEvidence], looked_at: int, rig: Rig) -> RigCheck:
+def _judge(
+    found: list[FrameEvidence],
+    rig: Rig,
+    *,
+    looked_at: int,
+    sequence_frames: int,
+    refused: tuple[tuple[Reason, int], ...],
+) -> RigCheck:
     """The turn over all frames; its covariance follows the frames' scatter where that is more than they state."""
     total = np.sum([evidence.information for evidence in found], axis=0)
     inverse = np.linalg.inv(total)
@@ -199,6 +226,8 @@ def _judge(found: list[FrameEvidence], looked_at: int, rig: Rig) -> RigCheck:
     return RigCheck(
         frames=len(found),
         looked_at=looked_at,
+        sequence_frames=sequence_frames,
+        refused=refused,
         turn=turn,
         covariance=covariance,
         epipolar_px=np.concatenate([evidence.epipolar_px for evidence in found]),

@@ -35,6 +35,10 @@ def write_campaign_report(path: Path, name: str, summary: Summary, rows: pa.Tabl
     sections.append(section("Availability", figure_html(_availability_figure(summary.by_fault), "availability")))
     sections.append(section("By fault", _table("fault", summary.by_fault)))
     sections.append(section("By source", _table("source", summary.by_source)))
+    if summary.reasons:
+        title = f"Why {overall.frames - overall.published} of {overall.frames} frames were not published"
+        reasons = [(reason.name, str(count), reason.description) for reason, count in summary.reasons]
+        sections.append(section(title, table_html(("reason", "frames", ""), reasons)))
     subtitle = f"{overall.trials} trials, {overall.frames} frames"
     write_page(path, name, subtitle, _tiles(summary), sections)
 
@@ -45,9 +49,9 @@ def _tiles(summary: Summary) -> list[tuple[str, str, str]]:
         ("available", f"{100 * overall.availability:.1f} %", f"{overall.published} of {overall.frames} frames"),
         (
             "wrong poses",
-            str(overall.wrong),
-            f"rate below {100 * overall.wrong_bound:.2g} % with {100 * CONFIDENCE:.0f} % confidence, frames taken for "
-            "independent",
+            f"{overall.wrong} of {overall.judged}",
+            f"of the published with a true pose; rate below {100 * overall.wrong_bound:.2g} % with "
+            f"{100 * CONFIDENCE:.0f} % confidence, frames taken for independent",
         ),
         (
             "trials with a wrong pose",
@@ -133,7 +137,7 @@ def _row(group: Group) -> tuple[str, ...]:
         _errors(1e3 * group.position_m),
         _errors(np.degrees(group.attitude_rad)),
         nees,
-        str(group.wrong),
+        f"{group.wrong} of {group.judged}",
         bound,
     )
 

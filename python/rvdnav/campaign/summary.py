@@ -12,6 +12,8 @@ import numpy as np
 from rvdnav.evaluation import RANGE_EDGES_M
 from rvdnav.extras import needs_extra
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.solution import Reason
+from rvdnav.summary import counted
 
 with needs_extra("campaign", "campaigns"):
     import pyarrow as pa
@@ -24,15 +26,17 @@ CONFIDENCE = 0.95
 class Group:
     """The frames of one fault, one source, one range bin, or all.
 
-    frames, published: numbers, of frames with a true pose where errors are concerned.  wrong: published poses off by
-    more than 20 mm or 2 degrees (1 + range / 1 m).  wrong_bound: upper bound of their rate at CONFIDENCE, as if frames
-    were independent.  position_m, attitude_rad: median, 95th percentile and largest error (3,), NaN without any.
+    frames, published: numbers.  judged: published poses whose true one is known, from which all that follows comes.
+    wrong: those off by more than 20 mm or 2 degrees (1 + range / 1 m).  wrong_bound: upper bound of their rate at
+    CONFIDENCE, as if frames were independent.  position_m, attitude_rad: median, 95th percentile and largest error
+    (3,), NaN without any.
     """
 
     name: str
     trials: int
     frames: int
     published: int
+    judged: int
     wrong: int
     wrong_bound: float
     trials_wrong: int
@@ -54,6 +58,8 @@ class Summary:
     by_fault: tuple[Group, ...]
     by_source: tuple[Group, ...]
     by_range: tuple[Group, ...]
+    reasons: tuple[tuple[Reason, int], ...]
+    """Why frames were not published, and how many for each reason; a frame may have several."""
     trials_wrong_bound: float
     """Upper bound at CONFIDENCE of the part of trials with any wrong pose; trials are independent, frames are not."""
 
@@ -83,8 +89,14 @@ def summarise(rows: pa.Table) -> Summary:
             _group(_bin_name(low, high), columns, (ranges >= low) & (ranges < high))
             for low, high in pairwise(RANGE_EDGES_M)
         ),
+        reasons=tuple(_reasons(columns)),
         trials_wrong_bound=upper_bound(overall.trials_wrong, overall.trials),
     )
+
+
+def _reasons(columns: dict[str, Any]) -> list[tuple[Reason, int]]:
+    refused = columns["reasons"][~columns["published"].astype(np.bool_)]
+    return counted(Reason[name] for names in refused for name in names.split())
 
 
 def _bin_name(low: float, high: float) -> str:
@@ -107,6 +119,7 @@ def _group(name: str, columns: dict[str, Any], chosen: Any) -> Group:
         trials=len(set(trials)),
         frames=int(chosen.sum()),
         published=int(published.sum()),
+        judged=len(position),
         wrong=int(wrong.sum()),
         wrong_bound=upper_bound(int(wrong.sum()), len(position)),
         trials_wrong=len(set(trials[wrong])),

@@ -20,6 +20,7 @@ from rvdnav.budget.rows import (
     cause_grids,
     change_grid,
     check_grids,
+    coverage,
     improvement_grid,
     verdict,
 )
@@ -143,6 +144,8 @@ def _print(result: Budget) -> None:
         _print_grid(improvement_grid(found))
         for sentence in verdict(found):
             console.print(sentence)
+    for sentence in coverage(result):
+        console.print(sentence, soft_wrap=True)
 
 
 def _print_grid(grid: Grid, *, numbers: bool = True) -> None:

@@ -11,6 +11,7 @@ from rvdnav.campaign.page import REPORT, write_campaign_report
 from rvdnav.campaign.run import BACKENDS
 from rvdnav.campaign.store import RESULTS
 from rvdnav.campaign.summary import CONFIDENCE
+from rvdnav.cli.tables import print_judged, print_reasons
 from rvdnav.cli.terminal import console, progress_bars
 from rvdnav.errors import InputError
 from rvdnav.output import staged_report
@@ -49,7 +50,7 @@ def _print(summary: Summary) -> None:
             str(group.trials),
             str(group.frames),
             f"{100 * group.availability:.1f} %",
-            str(group.wrong),
+            f"{group.wrong} of {group.judged}",
             f"{100 * group.wrong_bound:.2g} %",
         )
     console.print(table)
@@ -57,3 +58,7 @@ def _print(summary: Summary) -> None:
         f"rate below: of wrong poses, with {100 * CONFIDENCE:.0f} % confidence, frames taken for independent",
         soft_wrap=True,
     )
+    overall = summary.overall
+    print_judged(overall.judged, overall.published, "published poses")
+    unpublished = overall.frames - overall.published
+    print_reasons(f"Why {unpublished} of {overall.frames} frames were not published", summary.reasons)

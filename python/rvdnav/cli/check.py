@@ -8,6 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from rvdnav.calibration.check import RigCheck, check_rig
+from rvdnav.cli.tables import print_reasons
 from rvdnav.cli.terminal import console
 from rvdnav.errors import CoreError, InputError
 from rvdnav.sequence import open_sequence
@@ -32,6 +33,8 @@ def _print(result: RigCheck) -> None:
     table.add_column(style="bold")
     table.add_column(justify="right")
     table.add_row("frames measured", f"{result.frames} of {result.looked_at}")
+    if result.looked_at < result.sequence_frames:
+        table.add_row("", f"looked at, spread over all {result.sequence_frames}")
     rows = result.epipolar_px
     table.add_row("epipolar residual, median / RMS", f"{np.median(rows):+.3f} / {np.sqrt(np.mean(rows**2)):.3f} px")
     errors = 100.0 * result.length_errors
@@ -42,6 +45,9 @@ def _print(result: RigCheck) -> None:
     for axis, turn, sigma in zip(("right", "down", "forward"), np.degrees(result.turn), sigmas, strict=True):
         table.add_row(f"turn about the right camera's {axis} axis", f"{turn:+.4f} ± {sigma:.4f} deg")
     console.print(table)
+    print_reasons(
+        f"Why {result.looked_at - result.frames} of {result.looked_at} frames were not measured", result.refused
+    )
     chi2 = f"chi-squared {result.chi2:.1f} of 3 degrees of freedom, limit {result.limit:.1f}"
     if result.due:
         angle = float(np.degrees(np.linalg.norm(result.turn)))

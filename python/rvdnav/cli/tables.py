@@ -11,7 +11,7 @@ from rich.table import Table
 from rvdnav.cli.terminal import console
 from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.faults import Fault, Response
-from rvdnav.reconstruction import Cloud
+from rvdnav.reconstruction import UNMATCHED, Cloud
 from rvdnav.solution import LearnedDimensions, Reason, Solution, State
 from rvdnav.summary import (
     correction_text,
@@ -59,7 +59,8 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None, 
         if timed < len(solutions):
             table.add_row("", f"of {timed} frames with an image to work on")
     console.print(table)
-    _print_reasons(solutions)
+    unpublished = len(solutions) - published
+    print_reasons(f"Why {unpublished} of {len(solutions)} frames were not published", unpublished_reasons(solutions))
     if not published and target.dimensions_known and Reason.NO_TARGET in dict(unpublished_reasons(solutions)):
         console.print(
             f"nothing of the size of {target.name}, {size_text(target)}, was seen: is the unit in target.yaml right?",
@@ -75,13 +76,11 @@ def print_summary(solutions: Sequence[Solution], evaluation: Evaluation | None, 
         console.print(f"{reason.name} in {count} of {len(solutions)} frames: {reason.description}", soft_wrap=True)
 
 
-def _print_reasons(solutions: Sequence[Solution]) -> None:
-    """Why frames were not published, with counts; nothing where all were."""
-    reasons = unpublished_reasons(solutions)
+def print_reasons(title: str, reasons: Sequence[tuple[Reason, int]]) -> None:
+    """Why frames were not counted, with the number for each reason; nothing where there is none."""
     if not reasons:
         return
-    unpublished = sum(not s.published for s in solutions)
-    table = Table(title=f"Why {unpublished} of {len(solutions)} frames were not published", title_justify="left")
+    table = Table(title=title, title_justify="left")
     table.add_column("reason")
     table.add_column("frames", justify="right")
     table.add_column("")
@@ -115,13 +114,15 @@ def print_cloud(cloud: Cloud) -> None:
     table = Table(show_header=False, title="Surface", title_justify="left")
     table.add_column(style="bold")
     table.add_column(justify="right")
-    table.add_row("points", str(len(cloud)))
+    table.add_row("points", f"{len(cloud)} of {cloud.crossings} zero crossings in the left image")
     if len(cloud):
         near, middle, far = np.percentile(cloud.depth, [5, 50, 95])
         table.add_row("depth, 5 / 50 / 95 %", f"{near:.3f} / {middle:.3f} / {far:.3f} m")
         half, most = np.percentile(cloud.sigma * 1e3, [50, 95])
         table.add_row("sigma, median / 95 %", f"{half:.2f} / {most:.2f} mm")
     console.print(table)
+    if len(cloud) < cloud.crossings:
+        console.print(UNMATCHED, soft_wrap=True)
 
 
 def print_responses(responses: Sequence[tuple[Fault, Response]], evaluation: Evaluation | None) -> None:
@@ -149,10 +150,7 @@ def print_evaluation(evaluation: Evaluation) -> None:
     table.add_section()
     table.add_row(*_range_cells(evaluation.overall))
     console.print(table)
-    if evaluation.frames < evaluation.run_frames:
-        console.print(
-            f"judged: {evaluation.frames} of {evaluation.run_frames} frames; the others have no true pose within 1 us"
-        )
+    print_judged(evaluation.frames, evaluation.run_frames, "frames")
     if not evaluation.published:
         return
     if 2 * evaluation.wrong.sum() > evaluation.published:
@@ -163,6 +161,12 @@ def print_evaluation(evaluation: Evaluation) -> None:
     shares = [f"{100 * share:.1f}" for share in evaluation.within_3_sigma]
     position, rotation = " ".join(shares[:3]), " ".join(shares[3:])
     console.print(f"within 3 sigma, %: position {position}, rotation {rotation}")
+
+
+def print_judged(judged: int, total: int, what: str) -> None:
+    """How many frames or poses are compared with the truth, where it is not all."""
+    if judged < total:
+        console.print(f"judged: {judged} of {total} {what}; the others have no true pose within 1 us")
 
 
 def _range_cells(row: RangeRow) -> list[str]:

@@ -186,8 +186,9 @@ class Stages(Context):
         check(lib.rvdnav_triangulate(self.handle, *args))
         return p_W
 
-    def surface(self, left: UInt8Array, right: UInt8Array) -> RecordArray:
-        """SURFACE_POINT records: zero crossings matched along the epipolar rows of both images, in space.
+    def surface(self, left: UInt8Array, right: UInt8Array) -> tuple[RecordArray, int]:
+        """SURFACE_POINT records: zero crossings matched along the epipolar rows of both images, in space; and how many
+        zero crossings the left image has, matched or not.
 
         Raises CoreError for a rig of one camera.
         """
@@ -196,14 +197,16 @@ class Stages(Context):
         size = ffi.new("size_t *")
         check(lib.rvdnav_surface_size(self.handle, size))
         block, _keep = aligned_block(size[0])
-        return collect(
+        crossings = ffi.new("uint32_t *")
+        points = collect(
             lambda out, capacity, count: lib.rvdnav_surface(
-                self.handle, c_left, c_right, block, size[0], out, capacity, count
+                self.handle, c_left, c_right, block, size[0], out, capacity, count, crossings
             ),
             "rvdnav_surface_point *",
             layout.SURFACE_POINT,
             self.width * self.height // 8,
         )
+        return points, int(crossings[0])
 
     @property
     def _bits_shape(self) -> tuple[int, int]:

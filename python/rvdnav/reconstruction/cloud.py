@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 from rvdnav.core import Core
 from rvdnav.pose.arrays import FloatArray
 
+UNMATCHED = (
+    "the other zero crossings have no match to rely on: one camera alone sees them, they lie outside the range, or "
+    "several in the right image are much alike"
+)
 _Q8 = 256.0
 _Q15 = 32768.0
 
@@ -31,6 +35,8 @@ class Cloud:
     """(n,) px."""
     score: FloatArray
     """(n,) correlation of the grey windows in both views, -1 .. 1."""
+    crossings: int
+    """Zero crossings of the left view; those that are no points found no match to rely on in the right one."""
 
     def __len__(self) -> int:
         return len(self.points_W)
@@ -51,7 +57,7 @@ def reconstruct(core: Core, left: NDArray[np.uint8], right: NDArray[np.uint8]) -
 
     Raises CoreError for a rig of one camera or images of another size.
     """
-    found = core.surface(left, right)
+    found, crossings = core.surface(left, right)
     return Cloud(
         points_W=np.array(found["p_W"]),
         sigma=np.array(found["sigma"]),
@@ -60,4 +66,5 @@ def reconstruct(core: Core, left: NDArray[np.uint8], right: NDArray[np.uint8]) -
         disparity=found["disparity_q8"] / _Q8,
         sigma_disparity=np.array(found["sigma_disparity"]),
         score=found["score_q15"] / _Q15,
+        crossings=crossings,
     )

@@ -38,7 +38,7 @@ def write_cloud_report(path: Path, name: str, cloud: Cloud, frame: Frame, rig: R
 
 
 def _tiles(cloud: Cloud) -> list[tuple[str, str, str]]:
-    tiles = [("points", str(len(cloud)), "matched in both views")]
+    tiles = [("points", str(len(cloud)), f"matched, of {cloud.crossings} zero crossings in the left image")]
     if len(cloud):
         near, middle, far = np.percentile(cloud.depth, _QUANTILES)
         tiles.append(("median depth", f"{middle:.3f} m", f"5 to 95 %: {near:.3f} to {far:.3f} m"))
