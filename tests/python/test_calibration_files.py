@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -337,3 +341,59 @@ def test_reported_pictures(
     rig = load_rig(tmp_path / "out")
     assert rig.baseline == pytest.approx(0.12, abs=1e-4)
     assert rig.cameras[0].fx == pytest.approx(334.2, abs=0.3)
+
+
+SEARCHING = """
+import os, signal
+import rvdnav.calibration.views
+from rvdnav.cli import main
+
+find = rvdnav.calibration.views.find_board
+
+def announced(image, board):
+    os.write(1, b"searching")
+    return find(image, board)
+
+rvdnav.calibration.views.find_board = announced
+if "IGNORED" not in os.environ:  # a shell may start its jobs with interrupts ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("ignored", "sent", "code"),
+    [
+        (False, [signal.SIGINT], 130),
+        (False, [signal.SIGTERM], 143),
+        (True, [signal.SIGINT, signal.SIGTERM], 143),  # whose parent wants interrupts ignored ends by the other alone
+    ],
+)
+def test_an_interrupt_ends_the_search_for_the_board(
+    tmp_path: Path, ignored: bool, sent: list[signal.Signals], code: int
+) -> None:
+    """Within a picture: all of them would take minutes."""
+    noise = np.random.default_rng(1).integers(0, 256, (960, 1280), dtype=np.uint8)
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    (tmp_path / "noise.bmp").write_bytes(cv2.imencode(".bmp", noise)[1].tobytes())
+    for number in range(200):
+        for side in ("left", "right"):
+            (pictures / f"{side}{number:03d}.bmp").symlink_to(tmp_path / "noise.bmp")
+    before = sorted(tmp_path.rglob("*"))
+    program = [sys.executable, "-c", SEARCHING, "calibrate", str(pictures), "--board", "9x6", "--square", "25mm"]
+    command = [*program, "--out", str(tmp_path / "out")]
+    if ignored:
+        command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command]
+    environment = os.environ | ({"IGNORED": "1"} if ignored else {})
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
+        assert process.stdout is not None
+        process.stdout.read(len("searching"))
+        for number in sent:
+            process.send_signal(number)
+        try:
+            _, errors = process.communicate(timeout=30.0)
+        finally:
+            process.kill()
+    assert (process.returncode, errors) == (code, b"")
+    assert sorted(tmp_path.rglob("*")) == before
