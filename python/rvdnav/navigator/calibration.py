@@ -20,6 +20,7 @@ from rvdnav.rig import Rig, calibration_steps
 _NODES = (24, 20)
 _DEGREE = (11, 11)
 _POINTS_PER_LINE = 16
+_SINGULAR = 1e-10
 _MAX_STRETCH = 4.0
 """Of rectified by raw pixels (Frobenius norm; 1.4 without a lens), in a lens that folds back within the image."""
 
@@ -154,9 +155,10 @@ def _fitted(basis: FloatArray, shift: FloatArray, regular: BoolArray) -> FloatAr
     """Coefficients (m, 2, p) of the shifts (n, 2, p) at the nodes."""
     if regular.all():  # the polynomials are orthogonal to each other at the nodes, so that the fit is a sum
         return np.asarray(np.tensordot((basis / np.square(basis).sum(axis=0)).T, shift, 1))
-    chosen = shift[regular]
-    fitted = np.linalg.lstsq(basis[regular], chosen.reshape(len(chosen), -1), rcond=None)[0]
-    return np.asarray(fitted).reshape(-1, *shift.shape[1:])
+    left = basis[regular]  # and of those that are left nearly so: the normal equations lose nothing
+    return np.asarray(
+        np.tensordot(np.linalg.pinv(left.T @ left, rcond=_SINGULAR, hermitian=True) @ left.T, shift[regular], 1)
+    )
 
 
 def _last_pixel(rig: Rig) -> FloatArray:
