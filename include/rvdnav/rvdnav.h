@@ -3,10 +3,11 @@
  * The C ABI: the only contract between the C++ core and everyone else.
  *
  * Conventions
- *   Frames     W  world: origin in the right camera's centre, z_W from the right to the left camera's centre, x_W
- * forward, y_W down.  C  capture frame of the target.  T_W_C maps coordinates in C to coordinates in W. Rectified  Both
- * cameras share the axes x = -z_W, y = y_W, z = x_W, one focal length and the principal point as the origin of pixel
- * coordinates, so a world point has the same y in both views.  Raw pixel (0, 0) is the centre of the top-left pixel.
+ *   Frames     W  world: origin in the right camera's centre, z_W from the right to the left camera's centre, x_W forward,
+ *                 y_W down.  C  capture frame of the target.  T_W_C maps coordinates in C to coordinates in W.
+ *   Rectified  Both cameras share the axes x = -z_W, y = y_W, z = x_W, one focal length and the principal point as the
+ *                 origin of pixel coordinates, so a world point has the same y in both views.  Raw pixel (0, 0) is the
+ *                 centre of the top-left pixel.
  *   Lines      x cos(theta) + y sin(theta) = rho in rectified pixels, theta in [-45, 135) degrees.  A position along a
  *                 line is t = -x sin(theta) + y cos(theta).
  *   Units      metres, radians, pixels, unless a name says otherwise.  A name ending in _qN counts units of 2^-N.
@@ -208,23 +209,23 @@ typedef struct rvdnav_bar {
 
 /* Where one of the bracket's edges is expected in Hough space (a prior for tracking). */
 typedef struct rvdnav_window {
-  int32_t edge;     /* 0 .. RVDNAV_EDGES-1 */
-  int32_t polarity; /* +1: brighter towards growing rho, -1: darker, 0: either */
+  int32_t edge;          /* 0 .. RVDNAV_EDGES-1 */
+  int32_t polarity;      /* +1: brighter towards growing rho, -1: darker, 0: either */
   double rho, theta;
   double half_rho, half_theta;
-  double t_min, t_max; /* the edge's extent along the line */
+  double t_min, t_max;   /* the edge's extent along the line */
 } rvdnav_window;
 
 /* One of the bracket's edges as measured in one view. */
 typedef struct rvdnav_line {
-  int32_t found;        /* a peak stood in its window */
-  int32_t refitted;     /* the grey profile gave a sub-pixel line */
-  uint32_t votes;       /* of the peak */
-  uint32_t samples;     /* profile samples behind the sub-pixel line */
-  double rho, theta;    /* sub-pixel where refitted, else the peak's */
-  double covariance[4]; /* of (rho, theta), row-major; 0 unless refitted */
+  int32_t found;       /* a peak stood in its window */
+  int32_t refitted;    /* the grey profile gave a sub-pixel line */
+  uint32_t votes;      /* of the peak */
+  uint32_t samples;    /* profile samples behind the sub-pixel line */
+  double rho, theta;   /* sub-pixel where refitted, else the peak's */
+  double covariance[4];/* of (rho, theta), row-major; 0 unless refitted */
   double t_min, t_max;
-  double rms; /* of the samples across the line, pixels */
+  double rms;          /* of the samples across the line, pixels */
 } rvdnav_line;
 
 /* A straight model edge to be measured in the raw grey values, given in rectified coordinates. */
@@ -239,68 +240,68 @@ typedef struct rvdnav_model_edge {
 
 /* One profile across a model edge. */
 typedef struct rvdnav_edge_sample {
-  int32_t edge;       /* index into the model edges */
-  int32_t polarity;   /* sign of the step found along the normal */
-  double fraction;    /* position along the edge, 0 at its first end, 1 at its second */
-  double x, y;        /* where the step was found, rectified pixels */
-  double nx, ny;      /* unit normal, rectified */
-  double offset;      /* from the model edge along the normal, pixels */
-  double contrast;    /* grey levels, positive */
-  double sigma;       /* standard deviation of offset from the profile's own noise, pixels */
-  double blur;        /* of the step in the image, pixels: lens and pixel together */
+  int32_t edge;    /* index into the model edges */
+  int32_t polarity;/* sign of the step found along the normal */
+  double fraction; /* position along the edge, 0 at its first end, 1 at its second */
+  double x, y;     /* where the step was found, rectified pixels */
+  double nx, ny;   /* unit normal, rectified */
+  double offset;   /* from the model edge along the normal, pixels */
+  double contrast; /* grey levels, positive */
+  double sigma;    /* standard deviation of offset from the profile's own noise, pixels */
+  double blur;     /* of the step in the image, pixels: lens and pixel together */
   double slope_shift; /* by how much offset changes if the grey beside the step may slope, pixels; 0 without a face */
-  double slope;       /* the steeper of its two slopes then, parts of the contrast a pixel */
+  double slope;    /* the steeper of its two slopes then, parts of the contrast a pixel */
 } rvdnav_edge_sample;
 
 /* A point of the left view found in the right view along its epipolar row. */
 typedef struct rvdnav_match {
-  double x, y;      /* left, rectified */
-  double disparity; /* x_left - x_right, pixels, sub-pixel */
-  double score;     /* ZNCC, -1..1 */
-  double p_W[3];    /* triangulated, metres */
-  int32_t bar;      /* 0 .. RVDNAV_BARS-1 or -1 */
-  int32_t accepted; /* passed every limit */
+  double x, y;       /* left, rectified */
+  double disparity;  /* x_left - x_right, pixels, sub-pixel */
+  double score;      /* ZNCC, -1..1 */
+  double p_W[3];     /* triangulated, metres */
+  int32_t bar;       /* 0 .. RVDNAV_BARS-1 or -1 */
+  int32_t accepted;  /* passed every limit */
 } rvdnav_match;
 
 /* A point of the visible surface: a zero crossing of the Laplacian of Gaussian, matched along its row. */
 typedef struct rvdnav_surface_point {
-  int32_t x_q8, y_q8;   /* left, rectified */
-  int32_t disparity_q8; /* x_left - x_right, pixels */
-  int32_t score_q15;    /* ZNCC of the grey windows around it */
-  int32_t grey;         /* of the left view there, 0..255 */
+  int32_t x_q8, y_q8;      /* left, rectified */
+  int32_t disparity_q8;    /* x_left - x_right, pixels */
+  int32_t score_q15;       /* ZNCC of the grey windows around it */
+  int32_t grey;            /* of the left view there, 0..255 */
   int32_t reserved;
-  double sigma_disparity; /* standard deviation from the match itself, pixels */
-  double p_W[3];          /* metres */
-  double sigma; /* standard deviation of p_W along the left camera's ray, metres; across it there is next to none */
+  double sigma_disparity;  /* standard deviation from the match itself, pixels */
+  double p_W[3];           /* metres */
+  double sigma;            /* standard deviation of p_W along the left camera's ray, metres; across it there is next to none */
 } rvdnav_surface_point;
 
 /* What one view gives. */
 typedef struct rvdnav_view_result {
   uint32_t struct_size;
-  uint32_t limits;     /* RVDNAV_LIMIT_... */
-  uint32_t edge_count; /* edge pixels after thinning */
+  uint32_t limits;          /* RVDNAV_LIMIT_... */
+  uint32_t edge_count;      /* edge pixels after thinning */
   uint32_t peak_count;
   uint32_t segment_count;
   uint32_t bar_count;
-  uint32_t line_mask; /* bit e: lines[e].found */
+  uint32_t line_mask;       /* bit e: lines[e].found */
   uint32_t saturated_permille;
   double mean_grey;
-  rvdnav_line lines[8]; /* RVDNAV_EDGES */
-  double apexes[8][2];  /* RVDNAV_APEXES: intersections of the lines, rectified pixels */
-  uint32_t apex_mask;   /* bit a: apexes[a] is measured */
+  rvdnav_line lines[8];     /* RVDNAV_EDGES */
+  double apexes[8][2];      /* RVDNAV_APEXES: intersections of the lines, rectified pixels */
+  uint32_t apex_mask;       /* bit a: apexes[a] is measured */
   uint32_t reserved;
-  uint64_t stage_ns[10]; /* RVDNAV_STAGES; zeros without a clock */
+  uint64_t stage_ns[10];    /* RVDNAV_STAGES; zeros without a clock */
 } rvdnav_view_result;
 
 /* The bracket as acquired without a prior. */
 typedef struct rvdnav_bracket {
   int32_t found;
-  int32_t ambiguous; /* a different pose explains the images about as well */
-  double score;      /* supported fraction of the bracket's edges over both views, 0..1 */
-  double runner_up;  /* of the best clearly different pose */
-  double R_W_C[9];   /* row-major */
+  int32_t ambiguous;         /* a different pose explains the images about as well */
+  double score;              /* supported fraction of the bracket's edges over both views, 0..1 */
+  double runner_up;          /* of the best clearly different pose */
+  double R_W_C[9];           /* row-major */
   double p_W[3];
-  uint32_t hypotheses; /* tested */
+  uint32_t hypotheses;       /* tested */
   uint32_t reserved;
 } rvdnav_bracket;
 
@@ -309,12 +310,12 @@ typedef struct rvdnav_frame_result {
   uint32_t struct_size;
   uint32_t limits;
   rvdnav_view_result view[2];
-  rvdnav_bracket bracket; /* filled when no windows were given */
-  double apexes_W[8][3];  /* triangulated, metres */
+  rvdnav_bracket bracket;        /* filled when no windows were given */
+  double apexes_W[8][3];         /* triangulated, metres */
   uint32_t apex_mask;
   uint32_t match_count;
-  rvdnav_match matches[64]; /* RVDNAV_MAX_MATCHES */
-  uint64_t stage_ns[10];    /* of the join alone */
+  rvdnav_match matches[64];      /* RVDNAV_MAX_MATCHES */
+  uint64_t stage_ns[10];         /* of the join alone */
 } rvdnav_frame_result;
 
 /* ---- library ---- */
@@ -329,9 +330,8 @@ RVDNAV_API rvdnav_status rvdnav_config_default(rvdnav_config* config);
 RVDNAV_API rvdnav_status rvdnav_config_range(const char* name, double* low, double* high);
 RVDNAV_API rvdnav_status rvdnav_context_size(const rvdnav_config* config, const rvdnav_rig* rig, size_t* size);
 /* memory: aligned to 64 bytes, at least the size asked for; the context lives in it until the caller frees it. */
-RVDNAV_API rvdnav_status rvdnav_context_init(void* memory, size_t size, const rvdnav_config* config,
-                                             const rvdnav_rig* rig, const rvdnav_target* target,
-                                             rvdnav_context** context);
+RVDNAV_API rvdnav_status rvdnav_context_init(void* memory, size_t size, const rvdnav_config* config, const rvdnav_rig* rig,
+                                             const rvdnav_target* target, rvdnav_context** context);
 /* Another target, or none (null), in place.  No other call on the context may run meanwhile. */
 RVDNAV_API rvdnav_status rvdnav_context_set_target(rvdnav_context* context, const rvdnav_target* target);
 /* The settings in use: with numbers in place of zeros that stand for what the rig needs. */
@@ -339,8 +339,8 @@ RVDNAV_API rvdnav_status rvdnav_context_config(const rvdnav_context* context, rv
 RVDNAV_API int32_t rvdnav_context_isa(const rvdnav_context* context);
 
 /* ---- the frame ---- */
-/* One camera's view: every stage up to the lines.  At most RVDNAV_EDGES windows.  No windows: acquisition, whose
- * segments and bars stay in the context for the rvdnav_join of the same frame. */
+/* One camera's view: every stage up to the lines.  At most RVDNAV_EDGES windows.  No windows: acquisition, whose segments
+ * and bars stay in the context for the rvdnav_join of the same frame. */
 RVDNAV_API rvdnav_status rvdnav_view(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                      const rvdnav_window* windows, uint32_t window_count, rvdnav_view_result* result);
 /* Both views of a frame together: bracket (when acquiring), lines, apexes, correlation, triangulation.  A view result
@@ -362,8 +362,8 @@ RVDNAV_API rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, ui
 RVDNAV_API rvdnav_status rvdnav_rectify_edges(rvdnav_context* context, int32_t camera, const uint32_t* edge_bits,
                                               const uint8_t* direction, rvdnav_edgel* edgels, uint32_t capacity,
                                               uint32_t* count);
-/* accumulator: 180 rows (theta = -45 .. 134 degrees) of hough_rho_bins cells (those of rvdnav_context_config); rho = 0
- * in the middle cell. */
+/* accumulator: 180 rows (theta = -45 .. 134 degrees) of hough_rho_bins cells (those of rvdnav_context_config); rho = 0 in
+ * the middle cell. */
 RVDNAV_API rvdnav_status rvdnav_hough_vote(rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t edgel_count,
                                            uint16_t* accumulator);
 RVDNAV_API rvdnav_status rvdnav_hough_peaks(rvdnav_context* context, const uint16_t* accumulator, rvdnav_peak* peaks,
@@ -378,28 +378,26 @@ RVDNAV_API rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_
 /* Needs a target: the width of its bars within the range gate is what pairs segments. */
 RVDNAV_API rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
                                           uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count);
-/* Steps within half_width pixels to both sides, in profiles every step pixels along the edges; profiles without a
- * usable step are left out.  blur_sigma: of the steps, as measured in the image; 0: that of the configuration. */
+/* Steps within half_width pixels to both sides, in profiles every step pixels along the edges; profiles without a usable
+ * step are left out.  blur_sigma: of the steps, as measured in the image; 0: that of the configuration. */
 RVDNAV_API rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, const rvdnav_image* image,
                                               const rvdnav_model_edge* edges, uint32_t edge_count, double half_width,
                                               double step, double blur_sigma, rvdnav_edge_sample* samples,
                                               uint32_t capacity, uint32_t* count);
-/* Matches left points (x, y and bar of each element) along the rows of the right image, and triangulates what it
- * accepts. */
+/* Matches left points (x, y and bar of each element) along the rows of the right image, and triangulates what it accepts. */
 RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                                           rvdnav_match* matches, uint32_t match_count);
-/* Least squares of the paper's equations (1)-(3); left, right: count pairs of rectified x, y; p_W: count triples, NaN
- * where the rays are parallel. */
+/* Least squares of the paper's equations (1)-(3); left, right: count pairs of rectified x, y; p_W: count triples, NaN where
+ * the rays are parallel. */
 RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right,
                                             uint32_t count, double* p_W);
 
 /* ---- the visible surface, off the frame's path ---- */
 /* Bytes of work memory that rvdnav_surface needs. */
 RVDNAV_API rvdnav_status rvdnav_surface_size(const rvdnav_context* context, size_t* size);
-/* Points of the surface that both views see: zero crossings matched along epipolar rows, coarse to fine.  memory:
- * aligned to 64 bytes, at least the size asked for, used during the call alone.  The context's match_..., range_... and
- * edge_floor settings hold.  crossings: of the left view, those that became points and those that did not.  Needs two
- * cameras. */
+/* Points of the surface that both views see: zero crossings matched along epipolar rows, coarse to fine.  memory: aligned
+ * to 64 bytes, at least the size asked for, used during the call alone.  The context's match_..., range_... and edge_floor
+ * settings hold.  crossings: of the left view, those that became points and those that did not.  Needs two cameras. */
 RVDNAV_API rvdnav_status rvdnav_surface(const rvdnav_context* context, const rvdnav_image* left,
                                         const rvdnav_image* right, void* memory, size_t size,
                                         rvdnav_surface_point* points, uint32_t capacity, uint32_t* count,
@@ -416,8 +414,8 @@ RVDNAV_API rvdnav_status rvdnav_runner_process(rvdnav_runner* runner, rvdnav_con
                                                const rvdnav_image* right, const rvdnav_window* left_windows,
                                                uint32_t left_window_count, const rvdnav_window* right_windows,
                                                uint32_t right_window_count, rvdnav_frame_result* result);
-/* Instruction set asked for by the environment variable RVDNAV_FORCE_ISA (scalar, avx2, neon); RVDNAV_ISA_AUTO if
- * unset, RVDNAV_ERROR_ISA if the name is unknown. */
+/* Instruction set asked for by the environment variable RVDNAV_FORCE_ISA (scalar, avx2, neon); RVDNAV_ISA_AUTO if unset,
+ * RVDNAV_ERROR_ISA if the name is unknown. */
 RVDNAV_API rvdnav_status rvdnav_host_isa(int32_t* isa);
 /* Steady clock, fits rvdnav_config.clock. */
 RVDNAV_API uint64_t rvdnav_host_clock(void* user);
