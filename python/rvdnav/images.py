@@ -19,6 +19,12 @@ PixelArray = NDArray[np.uint8]
 LevelArray = NDArray[np.uint8] | NDArray[np.uint16]
 
 _LARGEST_FILE = 256 << 20
+# Of 16-bit images: levels; share of the pixels that may be brighter than what white follows from, and how far above
+# that it is; white of a sensor of 10 bits.
+_LEVELS = 1 << 16
+_BEYOND_WHITE = 1e-3
+_HEADROOM = 1.25
+_LEAST_WHITE = 1023
 _PNG_HEADER = 26
 _PNG_ESSENTIAL = {b"IHDR", b"PLTE", b"IDAT", b"IEND"}
 _STORED = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
@@ -56,10 +62,18 @@ class Raster:
 
     @property
     def grey8(self) -> PixelArray:
-        """The pixels in 8 bits; 16-bit values are scaled by 255/65535."""
+        """The pixels in 8 bits.
+
+        Of 16-bit values the scale follows the image, for sensors of 10 or 12 bits leave most of the range empty, and so
+        does a dark scene: white is a quarter above what all but a thousandth of the pixels stay below, 1023 at least.
+        """
         if self.pixels.dtype == np.uint8:
             return np.ascontiguousarray(self.pixels, dtype=np.uint8)
-        return ((self.pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+        count = np.cumsum(np.bincount(self.pixels.ravel(), minlength=_LEVELS))
+        brightest = int(np.searchsorted(count, (1.0 - _BEYOND_WHITE) * self.pixels.size))
+        white = min(max(int(_HEADROOM * brightest), _LEAST_WHITE), _LEVELS - 1)
+        scale = np.minimum((510 * np.arange(_LEVELS) + white) // (2 * white), 255).astype(np.uint8)
+        return np.asarray(scale[self.pixels], np.uint8)
 
     @property
     def conversion(self) -> str | None:

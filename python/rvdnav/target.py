@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -124,8 +125,13 @@ class Target:
         return (*outer, *inner)
 
     def point_sigma(self, name: str) -> float:
-        """Standard deviation of each coordinate of a point, m."""
-        return UNSTATED_TOLERANCE if self.tolerance is None else self.tolerance[name]
+        """Standard deviation of each coordinate of a point, m, with what a rounded edge adds to it.
+
+        Where faces meet at a right angle the silhouette of an edge of radius r lies up to (√2 − 1) r inside the corner,
+        by the view; the step in brightness lies anywhere on the rounding.
+        """
+        stated = UNSTATED_TOLERANCE if self.tolerance is None else self.tolerance[name]
+        return math.hypot(stated, (math.sqrt(2.0) - 1.0) * self.edge_radius)
 
     def resized(self, shape: Trapezoid) -> Target:
         """The same bracket with these sizes, as known ones; where its bars have no thickness, with half of their width

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import png
 from rvdnav.calibration import read_pairs
-from rvdnav.images import ImageError, image_size, read_image
+from rvdnav.images import ImageError, Raster, image_size, read_image
 
 GREY = np.random.default_rng(7).integers(0, 256, (30, 41)).astype(np.uint8)
 SMOOTH = cv2.GaussianBlur(GREY, (0, 0), 3.0)  # what JPEG keeps well
@@ -103,6 +103,19 @@ def test_every_lossless_kind_gives_its_levels(tmp_path: Path, ending: str) -> No
     np.testing.assert_array_equal(deep.pixels, DEEP)
     np.testing.assert_array_equal(deep.grey8, np.rint(DEEP / 257.0))
     assert deep.conversion == "16-bit images are converted to 8-bit grey"
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14, 16])
+def test_images_of_few_bits_keep_their_levels(bits: int) -> None:
+    """In the low bits of 16, also where the scene is dark, and whatever a few hot pixels show."""
+    scene = np.tile(np.linspace(0.0, 1.0, 1000), (20, 1))
+    for exposure in (1.0, 0.3):
+        levels = np.rint(exposure * scene * (2**bits - 1)).astype(np.uint16)
+        levels[0, ::100] = 2**bits - 1
+        grey = Raster(levels).grey8
+        assert len(np.unique(grey[1])) >= min(190, int(exposure * 2**bits) // 5)
+        assert (np.diff(grey[1].astype(int)) >= 0).all()
+        assert np.mean(grey[1] == 255) < 0.005
 
 
 @pytest.mark.parametrize(("largest", "white"), [(100, 255), (1023, 65535), (4095, 65535)])

@@ -231,3 +231,20 @@ def test_mirrored_bracket(tmp_path: Path) -> None:
 def test_malformed_edges_and_faces(tmp_path: Path, old: str, new: str, fault: str) -> None:
     with pytest.raises(InputError, match=fault):
         load_target(write(tmp_path, BOX.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("stated", "sigma"),
+    [
+        ("", 3e-4),  # as measured with calipers
+        ("tolerance: 0\n", 0.0),
+        ("tolerance: 0.002\n", 2e-3),
+        ("tolerance: {a: 0.001}\n", 1e-3),
+        ("tolerance: {b: 0.001}\n", 3e-4),
+        ("tolerance: 0\nedge_radius: 0.01\n", 4.142e-3),  # a silhouette that is seen over the corner
+        ("tolerance: 0.003\nedge_radius: 0.01\n", 5.114e-3),
+    ],
+)
+def test_how_well_a_point_is_known(tmp_path: Path, stated: str, sigma: float) -> None:
+    target = load_target(write(tmp_path, BOX + stated))
+    assert target.point_sigma("a") == pytest.approx(sigma, rel=1e-3)
