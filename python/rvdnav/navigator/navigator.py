@@ -38,7 +38,7 @@ from rvdnav.target import Target
 
 _MIN_EDGES = 4
 # What no gate foresaw: numbers that determine no pose.
-_UNDETERMINED = (PoseError, np.linalg.LinAlgError, CoreError)
+_UNDETERMINED = (PoseError, np.linalg.LinAlgError, CoreError, ArithmeticError, ValueError)
 # What noise or blur may have done to a target that is there: fewer pixels may show it.
 _HIDDEN = frozenset(
     {

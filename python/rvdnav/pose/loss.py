@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from rvdnav.pose.arrays import FloatArray
+from rvdnav.pose.errors import PoseError
 
 Loss = Literal["tukey", "huber"]
 
@@ -56,6 +57,7 @@ def response(norms: FloatArray, loss: Loss, k: float, scale: float) -> float:
     It is sum(psi') / sum(w) with psi = w r, the factor between the weighted normal matrix and the loss's mean
     curvature.  A covariance that leaves it out is too small by its square.  The curvature of a block that is nearly
     rejected is negative; the bounds keep a heavily contaminated set from giving a meaningless factor.
+    Raises PoseError where no residual has any weight left.
     """
     u = norms / (k * scale)
     if loss == "huber":
@@ -64,5 +66,8 @@ def response(norms: FloatArray, loss: Loss, k: float, scale: float) -> float:
     else:
         inside = np.maximum(1.0 - u * u, 0.0)
         w, change = inside**2, -4.0 * u * u * inside
+    total = float(w.sum())
+    if not total > 0.0:
+        raise PoseError("no measurement agrees with the pose")
     # change: |r| w'(|r|), what psi' has beyond w, in one of the block's two directions.
-    return min(max(1.0 + float(change.sum()) / (_COMPONENTS * float(w.sum())), 0.4), 1.0)
+    return min(max(1.0 + float(change.sum()) / (_COMPONENTS * total), 0.4), 1.0)
