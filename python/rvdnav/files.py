@@ -28,6 +28,7 @@ UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\
 def open_plain(path: Path) -> BinaryIO:
     """A regular file, open for reading: of a pipe or a device no end may ever come.  Raises OSError."""
     try:
+        # SIM115: the caller closes it, in a with statement of its own.
         file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK))  # noqa: SIM115
     except ValueError as error:  # a name with a NUL byte
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)) from error

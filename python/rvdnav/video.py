@@ -54,7 +54,7 @@ class Video:
 def open_video(path: Path) -> Video:
     """Raises InputError naming the file when it cannot be read or is no video."""
     with needs_extra("video", str(path)):
-        import av  # noqa: F401
+        import av  # noqa: F401 - only whether it is there; the decoder's process uses it
     with reading(path):  # a plain file
         pass
     decoder = _Decoder(path)

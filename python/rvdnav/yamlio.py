@@ -44,7 +44,7 @@ class _Loader(yaml.SafeLoader):
     """A loader of YAML's core alone, strict about keys given twice."""
 
     # What a text without quotes is, by its beginning; PyYAML's own rules know no 1e-3, but sexagesimal numbers.
-    yaml_implicit_resolvers: ClassVar[dict[Any, Any]] = {}  # type: ignore[misc]
+    yaml_implicit_resolvers: ClassVar[dict[Any, Any]] = {}  # type: ignore[misc]  # an instance's in PyYAML's stubs
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
 
     def __init__(self, text: str) -> None:
@@ -54,7 +54,7 @@ class _Loader(yaml.SafeLoader):
         self._anchored: dict[str, int] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]  # without types in PyYAML's stubs
         before = self._values
         self._depth += 1
         is_alias = isinstance(event, yaml.AliasEvent)

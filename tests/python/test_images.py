@@ -88,6 +88,7 @@ def test_calibration_pictures_stay_as_stored_and_it_is_said_once(tmp_path: Path)
     for name, data in (("left1", jpeg(6)), ("right1", jpeg(1)), ("left2", jpeg(6)), ("right2", jpeg(6))):
         written(tmp_path, data, f"{name}.jpg")
     notices: list[str] = []
+    # Both images of a pair are there, which its type leaves open.
     shapes = [image.shape for pair in read_pairs(tmp_path, notices) for image in pair.images]  # type: ignore[union-attr]
     assert shapes == [(30, 41)] * 4
     assert notices == ["EXIF orientation 6 is ignored, the pixels are taken as stored, left1.jpg the first of them"]

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import project_edges
+from rvdnav.navigator.geometry import edge_normals, project_edges
 from rvdnav.navigator.sampling import SampledEdges
 from rvdnav.pose import RectifiedCameras
 from rvdnav.pose.arrays import BoolArray, FloatArray
@@ -36,10 +36,8 @@ def face_widths(cameras: RectifiedCameras, T_world_target: FloatArray, model: Ed
 
 def _bar_widths(xy: FloatArray) -> FloatArray:
     """How far (m,) the bar's other edge is from each of the edges (m, 2, 2), towards their normals (-dy, dx)."""
-    span = xy[:, 1] - xy[:, 0]
-    normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.maximum(np.linalg.norm(span, axis=1), 1e-9)[:, None]
     other = xy[np.arange(len(xy)) ^ 1]
-    across = np.einsum("mek,mk->me", other - xy[:, :1], normal)
+    across = np.einsum("mek,mk->me", other - xy[:, :1], edge_normals(xy))
     nearest: FloatArray = across[np.arange(len(xy)), np.abs(across).argmin(axis=1)]
     return nearest
 

@@ -33,15 +33,21 @@ def project_edges(
     return xy.reshape(-1, 2, 2), depths.reshape(-1, 2)
 
 
+def edge_normals(xy: FloatArray) -> FloatArray:
+    """Unit normals (m, 2), (-dy, dx), of edges with ends (m, 2, 2), px; 0 for one that is seen end-on."""
+    span = xy[:, 1] - xy[:, 0]
+    length = np.maximum(np.linalg.norm(span, axis=1), 1e-9)
+    normals: FloatArray = np.column_stack([-span[:, 1], span[:, 0]]) / length[:, None]
+    return normals
+
+
 def moved_ends(xy: FloatArray, part: FloatArray, offsets: FloatArray) -> FloatArray:
     """Ends (m, 2, 2) of parts of edges, px, moved towards their normals (-dy, dx).
 
     part (m, 2): where on its edge each end lies, 0 to 1.  offsets (m, 2), px: of the whole edge's two ends.
     """
-    span = xy[:, 1] - xy[:, 0]
-    normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.maximum(np.linalg.norm(span, axis=1), 1e-9)[:, None]
     shift = offsets[:, :1] + part * (offsets[:, 1:] - offsets[:, :1])
-    moved: FloatArray = xy + shift[:, :, None] * normal[:, None]
+    moved: FloatArray = xy + shift[:, :, None] * edge_normals(xy)[:, None]
     return moved
 
 

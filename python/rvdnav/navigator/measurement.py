@@ -211,12 +211,11 @@ def measure(
     # The fit of a step looks as far as the expected blur: what is smoothed away farther than that seems sharp to it,
     # and a bar narrower than its blur seems to be a wider one.  So a larger one is tried, and held to if it is found.
     suspected = blur > _BLURRED * sharp.blur
-    least = blur.copy()
+    least = blur
     for expected in _BLURS_PX:
         if not suspected.any():
             break
-        wide = Surroundings(face_widths(cameras, T, model), np.where(suspected, expected, blur))
-        shown = coarse(wide)[3]
+        shown = coarse(Surroundings(face_widths(cameras, T, model), np.where(suspected, expected, blur)))[3]
         suspected &= shown > _FOUND_BLUR * expected
         blur = np.where(suspected, shown, blur)
     if (blur > least).any():

@@ -10,16 +10,16 @@ import attrs
 import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.navigator.geometry import edge_normals, project_edges, rectified_cameras
 from rvdnav.navigator.sampling import SampledEdges
 from rvdnav.pose import FilterState, LineMeasurements, line_residuals, perturb
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
 
-# Of a target whose motion is not known yet: standard deviations, m/s and rad/s.
-_UNKNOWN_SIGMAS = np.repeat([0.3, 0.3], 3)
-# Over which edges are moved to tell how fast they do, s.
-_STEP = 1e-3
+# Of a target whose motion is not known yet: standard deviation of each component, m/s and rad/s.
+_UNKNOWN_SIGMA = 0.3
+# For how long the target is moved on to tell how fast its edges move.
+_STEP_S = 1e-3
 
 
 @attrs.frozen(eq=False)
@@ -33,7 +33,7 @@ class Motion:
     def of(cls, state: FilterState | None) -> Motion:
         """As the filter has it; none, but hardly known, before the first pose."""
         if state is None:
-            return cls(np.zeros(6), np.diag(_UNKNOWN_SIGMAS**2))
+            return cls(np.zeros(6), _UNKNOWN_SIGMA**2 * np.eye(6))
         return cls(state.velocity, state.covariance[6:, 6:])
 
 
@@ -84,12 +84,9 @@ class RollingShutter:
     def _rates(self, camera: int, T: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The edges' ends (m, 2, 2), px, and their speeds (m, 2) across the edge, px/s."""
         xy, _ = project_edges(self._cameras, camera, T, self._model.edge_points)
-        later, _ = project_edges(
-            self._cameras, camera, perturb(T, _STEP * self._motion.velocity), self._model.edge_points
-        )
-        span = xy[:, 1] - xy[:, 0]
-        normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.maximum(np.linalg.norm(span, axis=1), 1e-9)[:, None]
-        rate: FloatArray = np.einsum("mei,mi->me", later - xy, normal) / _STEP
+        moved = perturb(T, _STEP_S * self._motion.velocity)
+        later, _ = project_edges(self._cameras, camera, moved, self._model.edge_points)
+        rate: FloatArray = np.einsum("mei,mi->me", later - xy, edge_normals(xy)) / _STEP_S
         return xy, rate
 
     def _delays(self, camera: int, xy: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.expectation import Expectation
 from rvdnav.navigator.faces import face_widths
 from rvdnav.navigator.gates import failed_gates
-from rvdnav.navigator.geometry import moved_ends, project_edges, rectified_cameras
+from rvdnav.navigator.geometry import edge_normals, moved_ends, project_edges, rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.seeker import chosen_lines, seek
@@ -167,9 +167,7 @@ class Surveyor:
         xy, before = (project_edges(self._cameras, camera, pose, self._model.edge_points)[0] for pose in (T, acquired))
         ends = np.tile([0.0, 1.0], (len(self._model), 1))
         xy = moved_ends(xy, ends, self._knowledge.edge_offsets(T, z)[camera])
-        span = before[:, 1] - before[:, 0]
-        normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.linalg.norm(span, axis=1)[:, None]
-        across = np.abs(np.einsum("mi,mi->m", (xy - before).mean(axis=1), normal))
+        across = np.abs(np.einsum("mi,mi->m", (xy - before).mean(axis=1), edge_normals(before)))
         width = np.abs(face_widths(self._cameras, T, self._model)[camera])
         return bool(np.quantile(across / width, 1.0 - _BESIDE_EDGES) > _BESIDE)
 
