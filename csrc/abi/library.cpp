@@ -46,6 +46,7 @@ uint32_t rvdnav_struct_size(const char* name) {
       {"rvdnav_rig", sizeof(rvdnav_rig)},
       {"rvdnav_target", sizeof(rvdnav_target)},
       {"rvdnav_config", sizeof(rvdnav_config)},
+      {"rvdnav_fields", sizeof(rvdnav_fields)},
       {"rvdnav_edgel", sizeof(rvdnav_edgel)},
       {"rvdnav_peak", sizeof(rvdnav_peak)},
       {"rvdnav_segment", sizeof(rvdnav_segment)},

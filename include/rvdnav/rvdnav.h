@@ -175,6 +175,16 @@ typedef struct rvdnav_config {
   void* clock_user;
 } rvdnav_config;
 
+/* What tells an image of two fields, whose rows were exposed alternately at two times, from others. */
+typedef struct rvdnav_fields {
+  uint32_t struct_size;
+  uint32_t tiles;         /* of 32 columns and 32 rows, that show edges */
+  uint32_t combed;        /* of them: the odd rows lie displaced along the rows against the even ones, all alike */
+  uint32_t row_pairs;     /* an even row with the next one; the last pair left out */
+  uint32_t changed_pairs; /* of them: the next pair begins otherwise than this one ends */
+  uint32_t equal_pairs;   /* of those: within the pair there is less than a quarter of that change */
+} rvdnav_fields;
+
 /* A thinned edge pixel in rectified coordinates. */
 typedef struct rvdnav_edgel {
   int32_t x_q5;
@@ -348,6 +358,14 @@ RVDNAV_API rvdnav_status rvdnav_view(rvdnav_context* context, int32_t camera, co
 RVDNAV_API rvdnav_status rvdnav_join(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                                      const rvdnav_view_result* left_view, const rvdnav_view_result* right_view,
                                      int32_t acquire, rvdnav_frame_result* result);
+
+/* ---- images as they come: of up to 4096x4096 pixels, without a context ---- */
+/* A number that another image has as good as never, however little it differs. */
+RVDNAV_API rvdnav_status rvdnav_image_digest(const rvdnav_image* image, uint64_t* digest);
+/* Twice the median of |(1 -2 1)^T (1 -2 1)| over every third row, of even many values the sum of the two in the middle:
+ * 6 * 0.6745 times the standard deviation of white noise, twice. */
+RVDNAV_API rvdnav_status rvdnav_noise_median(const rvdnav_image* image, uint32_t* median_q1);
+RVDNAV_API rvdnav_status rvdnav_find_fields(const rvdnav_image* image, rvdnav_fields* fields);
 
 /* ---- the stages, each by itself ---- */
 /* Smoothing by the 3x3 binomial; output rows of width bytes. */

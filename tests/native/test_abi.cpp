@@ -1,6 +1,7 @@
 // What the ABI accepts and refuses.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -156,6 +157,34 @@ TEST_CASE("images and cameras are checked") {
   image = scene::image(pixels);
   image.height -= 1;
   CHECK(rvdnav_smooth(owner.context, 0, &image, smoothed.data()) == RVDNAV_ERROR_IMAGE);
+}
+
+TEST_CASE("images without a context are checked") {
+  const std::vector<uint8_t> pixels(64, 80);
+  uint64_t digest = 0;
+  uint32_t median = 0;
+  rvdnav_fields fields = {};
+  fields.struct_size = sizeof fields;
+  const auto statuses = [&](const rvdnav_image* image) {
+    return std::array{rvdnav_image_digest(image, &digest), rvdnav_noise_median(image, &median),
+                      rvdnav_find_fields(image, &fields)};
+  };
+  const auto all = [](rvdnav_status status) { return std::array{status, status, status}; };
+  rvdnav_image image = {pixels.data(), 8, 8, 8};
+  CHECK(statuses(&image) == all(RVDNAV_OK));
+  CHECK(statuses(nullptr) == all(RVDNAV_ERROR_NULL));
+  for (const auto& [width, height, stride] : {std::array{0, 8, 8}, {8, 0, 8}, {8, 8, 7}, {4097, 1, 4097}, {8, -1, 8}}) {
+    image = {pixels.data(), width, height, stride};
+    CHECK(statuses(&image) == all(RVDNAV_ERROR_IMAGE));
+  }
+  image = {nullptr, 8, 8, 8};
+  CHECK(statuses(&image) == all(RVDNAV_ERROR_NULL));
+  image = {pixels.data(), 8, 8, 8};
+  CHECK(rvdnav_image_digest(&image, nullptr) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_noise_median(&image, nullptr) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_find_fields(&image, nullptr) == RVDNAV_ERROR_NULL);
+  fields.struct_size = 4;
+  CHECK(rvdnav_find_fields(&image, &fields) == RVDNAV_ERROR_STRUCT_SIZE);
 }
 
 TEST_CASE("a stride changes nothing") {

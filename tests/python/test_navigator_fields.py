@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from drawn_scene import START_NS, bracket_target, draw_images, example_rig, frame_of, pose
 from rvdnav import Navigator
-from rvdnav.navigator.fields import combed, doubled, field, noticed_fields
+from rvdnav.core import field_signs
+from rvdnav.navigator.fields import comb_odds, doubled, field, noticed_fields
 from rvdnav.solution import Reason
 
 NEAR = pose(0.6, 0.01, 0.05, 4.0, -6.0, 5.0)
@@ -41,17 +42,17 @@ def degraded(image):
 
 def test_a_field_that_moved_is_noticed_and_no_other_image(drawn):
     for first, second in zip(*drawn, strict=True):
-        assert combed(woven(first, second)) > 3.0
+        assert comb_odds(field_signs(woven(first, second))) > 3.0
         for image in (first, *degraded(first)):
-            assert combed(image) < 0.0
-            assert not doubled(image)
+            assert comb_odds(field_signs(image)) < 0.0
+            assert not doubled(field_signs(image))
 
 
 def test_doubled_rows_are_noticed(drawn):
     image = drawn[0][0]
-    assert doubled(np.repeat(image[::2], 2, axis=0))
-    assert not doubled(np.repeat(image[:, ::2], 2, axis=1))
-    assert not doubled(np.full_like(image, 30))
+    assert doubled(field_signs(np.repeat(image[::2], 2, axis=0)))
+    assert not doubled(field_signs(np.repeat(image[:, ::2], 2, axis=1)))
+    assert not doubled(field_signs(np.full_like(image, 30)))
 
 
 @pytest.mark.parametrize("first_row", [0, 1])

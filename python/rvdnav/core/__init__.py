@@ -3,6 +3,7 @@
 from rvdnav.core.core import Core
 from rvdnav.core.layout import BAR, EDGE_SAMPLE, EDGEL, LINE, MATCH, PEAK, SEGMENT, WINDOW
 from rvdnav.core.library import LIBRARY_PATH
+from rvdnav.core.pictures import FieldSigns, digest, field_signs, noise_median
 from rvdnav.core.results import Bracket, FrameResult, ViewResult
 from rvdnav.core.stages import unpack_edges
 
@@ -18,7 +19,11 @@ __all__ = [
     "WINDOW",
     "Bracket",
     "Core",
+    "FieldSigns",
     "FrameResult",
     "ViewResult",
+    "digest",
+    "field_signs",
+    "noise_median",
     "unpack_edges",
 ]

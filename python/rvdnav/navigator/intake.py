@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-
-import numpy as np
-
+from rvdnav.core import digest
 from rvdnav.images import PixelArray
 from rvdnav.navigator.views import Images
 from rvdnav.sequence import Frame
@@ -28,17 +25,13 @@ def take_in(frame: Frame, last: Digests) -> tuple[Images, frozenset[Reason], Dig
         if image is None:
             reasons.add(_MISSING[camera])
             continue
-        digests[camera] = _digest(image.pixels)
+        # No two exposures are alike in every bit, for a sensor has noise.
+        digests[camera] = digest(image.pixels)
         if digests[camera] == last[camera] and _is_picture(image.pixels):
             reasons.add(Reason.DUPLICATE)
             continue
         images[camera] = image.pixels
     return tuple(images), frozenset(reasons), tuple(digests)
-
-
-def _digest(image: PixelArray) -> bytes:
-    """Of every bit: no two exposures are alike in all of them, for a sensor has noise."""
-    return hashlib.sha256(np.ascontiguousarray(image).data).digest()
 
 
 def _is_picture(image: PixelArray) -> bool:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rvdnav.core import Core, FrameResult
+from rvdnav.core import Core, FrameResult, noise_median
 from rvdnav.core.arrays import Records
 from rvdnav.images import PixelArray
 from rvdnav.navigator.stage_times import add_frame_times, lap, now
@@ -21,7 +21,6 @@ _SATURATED_GREY = 250
 # What a white noise of standard deviation 1 has after the mask of `noise_sigma`, and its median absolute value of it.
 _MASK_GAIN = 6.0
 _MEDIAN_OF_NORMAL = 0.6745
-_NOISE_STEP = 3
 
 
 @attrs.frozen(eq=False)
@@ -62,10 +61,7 @@ def noise_sigma(image: PixelArray) -> float:
     From the difference of two Laplacians, which planes and straight edges along the axes leave at zero; of that the
     median, which the others leave alone too (J. Immerkaer, "Fast noise variance estimation", 1996).
     """
-    rows = [image[k : image.shape[0] - 2 + k : _NOISE_STEP].astype(np.int16) for k in range(3)]
-    across = rows[0] - 2 * rows[1] + rows[2]
-    both = across[:, :-2] - 2 * across[:, 1:-1] + across[:, 2:]
-    return float(np.median(np.abs(both))) / (_MASK_GAIN * _MEDIAN_OF_NORMAL)
+    return noise_median(image) / (_MASK_GAIN * _MEDIAN_OF_NORMAL)
 
 
 def look(core: Core, images: Images, times: dict[str, float], windows: Sequence[Records] = ((), ())) -> FrameResult:
