@@ -5,6 +5,7 @@
 
 #include "line2.hpp"
 #include "lines.hpp"
+#include "math/elementary.hpp"
 
 namespace rvdnav {
 namespace {
@@ -40,7 +41,7 @@ bool make_bar(const rvdnav_segment* segments, int32_t i, int32_t j, const BarLim
   if (overlap < kMinSlenderness * std::abs(width)) return false;
   const Eigen::Vector2d normal = (la.normal + lb.normal).normalized();
   bool flipped = false;
-  bar->theta = normalized_theta(std::atan2(normal.y(), normal.x()), &flipped);
+  bar->theta = normalized_theta(math::atan2(normal.y(), normal.x()), &flipped);
   const Line2 axis = Line2::from_angle(0.0, bar->theta);
   const Eigen::Vector2d centre = middle + 0.5 * width * la.normal;
   bar->rho = axis.normal.dot(centre);

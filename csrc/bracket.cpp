@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -99,8 +101,9 @@ Candidate verify(const RectRig& calibrated, const BracketModel& model, const Vie
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
-  const double angle = Eigen::AngleAxisd(a.R * b.R.transpose()).angle();
-  return (a.p - b.p).norm() < kSameDistance * a.p.norm() && angle < kSameAngle;
+  // The Frobenius norm of a difference of rotations is sqrt(8) times the sine of half the angle between them.
+  const double turn = std::sqrt(8.0) * math::sin(0.5 * kSameAngle);
+  return (a.p - b.p).norm() < kSameDistance * a.p.norm() && (a.R - b.R).norm() < turn;
 }
 
 // One view can hardly tell a pose from its mirror image about the line of sight; which of them it is, the refinement

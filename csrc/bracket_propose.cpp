@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -143,7 +145,7 @@ bool plausible(const ViewBars& view, const Reading& r, const BracketModel& model
     const Eigen::Vector3d a = model.axis_end[k] - model.axis_start[k];
     const Eigen::Vector3d b = model.axis_end[bars[i]] - model.axis_start[bars[i]];
     // Angle of the bar's line against the middle one's, drawn as (-z_C, y_C).
-    const double expected = std::atan2(b.y(), -b.z()) - std::atan2(a.y(), -a.z());
+    const double expected = math::atan2(b.y(), -b.z()) - math::atan2(a.y(), -a.z());
     const double found = view.bars[r.bar[i]].theta - view.bars[r.bar[1]].theta;
     if (std::abs(line_angle_difference(found, expected)) > kMaxShear) return false;
   }
@@ -204,7 +206,7 @@ Pose mirrored(const RectRig& rig, int32_t camera, const Pose& pose, const Eigen:
 bool sensible(const RectRig& rig, int32_t camera, const Pose& pose, const RangeGate& gate) {
   if (!gate.admits(pose)) return false;
   const Eigen::Vector3d sight = (pose.p - rig.centre(camera)).normalized();
-  return pose.R.col(0).dot(sight) > std::cos(kMaxTilt);
+  return pose.R.col(0).dot(sight) > math::cos(kMaxTilt);
 }
 
 // Returns whether the reading was plausible enough to be tried.

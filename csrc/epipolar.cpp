@@ -202,7 +202,7 @@ void correlate_rows(const rvdnav_config& config, const rvdnav_rig& rig, const Di
     if (a.accepted == 0 || b.accepted == 0 || a.bar != b.bar) continue;
     // Between the cyclopean images of the points, halfway between both views.
     const double dx = (a.x - 0.5 * a.disparity) - (b.x - 0.5 * b.disparity);
-    const double separation = std::hypot(dx, a.y - b.y);
+    const double separation = std::sqrt(dx * dx + (a.y - b.y) * (a.y - b.y));
     if (std::abs(a.disparity - b.disparity) <= max_gradient * separation) continue;
     (a.score < b.score ? a : b).accepted = 0;
   }

@@ -1,9 +1,9 @@
 #include "expect.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "line2.hpp"
+#include "math/elementary.hpp"
 
 namespace rvdnav {
 
@@ -18,7 +18,7 @@ uint32_t expect_edges(const RectRig& rig, const BracketModel& model, int32_t cam
     const Eigen::Vector2d p = rig.project(camera, a);
     const Eigen::Vector2d q = rig.project(camera, b);
     bool flipped = false;
-    const double theta = normalized_theta(std::atan2(q.x() - p.x(), p.y() - q.y()), &flipped);
+    const double theta = normalized_theta(math::atan2(q.x() - p.x(), p.y() - q.y()), &flipped);
     const Line2 line = Line2::from_angle(0.0, theta);
     const double tp = line.direction().dot(p);
     const double tq = line.direction().dot(q);

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -13,7 +15,7 @@ struct Line2 {
   Eigen::Vector2d normal;  // (cos theta, sin theta)
   double rho;
 
-  static Line2 from_angle(double rho, double theta) { return {{std::cos(theta), std::sin(theta)}, rho}; }
+  static Line2 from_angle(double rho, double theta) { return {{math::cos(theta), math::sin(theta)}, rho}; }
 
   // Along the line; t grows in this direction.
   Eigen::Vector2d direction() const { return {-normal.y(), normal.x()}; }

@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -20,7 +22,10 @@ constexpr int32_t kPatience = 4;   // iterations before the residual is judged
 Eigen::Matrix3d exp_rotation(const Eigen::Vector3d& w) {
   const double angle = w.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+  const Eigen::Vector3d axis = w / angle;
+  Eigen::Matrix3d K;
+  K << 0.0, -axis.z(), axis.y(), axis.z(), 0.0, -axis.x(), -axis.y(), axis.x(), 0.0;
+  return Eigen::Matrix3d::Identity() + math::sin(angle) * K + (1.0 - math::cos(angle)) * (K * K);
 }
 
 // Sum of weighted squares; with normal equations where asked for.  Negative when a point is not in front of a camera.

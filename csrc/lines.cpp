@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "line2.hpp"
+#include "math/elementary.hpp"
 
 namespace rvdnav {
 namespace {
@@ -84,7 +85,7 @@ bool fit(const rvdnav_edgel* edgels, const LineScratch& scratch, uint32_t begin,
   const double cxy = sxy / n - mx * my;
   const double cyy = syy / n - my * my;
   // The direction of largest spread is (cos a, sin a) with tan 2a = 2 cxy / (cxx - cyy); the normal is 90 degrees on.
-  double angle = 0.5 * std::atan2(2.0 * cxy, cxx - cyy) + 0.5 * kPi;
+  double angle = 0.5 * math::atan2(2.0 * cxy, cxx - cyy) + 0.5 * kPi;
   bool flipped = false;
   angle = normalized_theta(angle, &flipped);
   Line2 fitted = Line2::from_angle(0.0, angle);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -90,7 +92,7 @@ void refit_line(const rvdnav_rig& rig, int32_t camera, const GreyView& image, do
   if (!fit_straight(t, y, n, &fit) || fit.used < std::max<double>(kMinSamples, kMinAgreement * n)) return;
 
   // Points of the new line are n rho + d t + n (offset + slope (t - middle)): its normal turns by -atan(slope).
-  const double turn = -std::atan(fit.slope);
+  const double turn = -math::atan(fit.slope);
   const Eigen::Vector2d on_line = found.at(middle) + fit.offset * found.normal;
   bool flipped = false;
   line->theta = normalized_theta(line->theta + turn, &flipped);

@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "math/elementary.hpp"
+
 namespace rvdnav {
 namespace {
 
@@ -57,8 +59,8 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
       const double x = profile.t[i] - t0;
       if (x < -around.reach[0] || x > around.reach[1]) continue;
       const double z = x / blur;
-      const double phi = 0.5 * std::erfc(-z * kInvSqrt2);
-      const double density = kInvSqrt2Pi * std::exp(-0.5 * z * z);
+      const double phi = 0.5 * math::erfc(-z * kInvSqrt2);
+      const double density = kInvSqrt2Pi * math::exp(-0.5 * z * z);
       const double slope = contrast * density / blur;
       Vector J;
       J(0) = 1.0;
@@ -67,10 +69,10 @@ bool fit(const Profile& profile, double expected_blur, double half_width, const 
       J(3) = -slope * z;
       if constexpr (kBar) {
         const double z2 = (x - around.other) / blur;
-        const double slope2 = other * kInvSqrt2Pi * std::exp(-0.5 * z2 * z2) / blur;
+        const double slope2 = other * kInvSqrt2Pi * math::exp(-0.5 * z2 * z2) / blur;
         J(2) -= slope2;
         J(3) -= slope2 * z2;
-        J(4) = 0.5 * std::erfc(-z2 * kInvSqrt2);
+        J(4) = 0.5 * math::erfc(-z2 * kInvSqrt2);
       }
       if constexpr (kSloped) {
         const double ramp = x * phi + blur * density;

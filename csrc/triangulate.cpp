@@ -1,7 +1,5 @@
 #include "triangulate.hpp"
 
-#include <cmath>
-
 #include <Eigen/LU>
 
 namespace rvdnav {
@@ -31,9 +29,10 @@ bool triangulate(const ProjectionMatrix& left, const ProjectionMatrix& right, co
     }
   }
   const Eigen::Matrix3d N = K.transpose() * K;
+  const double mean = N.trace() / 3.0;
   Eigen::Matrix3d inverse;
   bool invertible = false;
-  N.computeInverseWithCheck(inverse, invertible, 1e-9 * std::pow(N.trace() / 3.0, 3));
+  N.computeInverseWithCheck(inverse, invertible, 1e-9 * mean * mean * mean);
   if (!invertible) return false;
   *p_W = inverse * (K.transpose() * U);
   return p_W->allFinite();
