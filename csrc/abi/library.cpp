@@ -55,6 +55,8 @@ uint32_t rvdnav_struct_size(const char* name) {
       {"rvdnav_line", sizeof(rvdnav_line)},
       {"rvdnav_model_edge", sizeof(rvdnav_model_edge)},
       {"rvdnav_edge_sample", sizeof(rvdnav_edge_sample)},
+      {"rvdnav_calibration_effect", sizeof(rvdnav_calibration_effect)},
+      {"rvdnav_measured_line", sizeof(rvdnav_measured_line)},
       {"rvdnav_match", sizeof(rvdnav_match)},
       {"rvdnav_surface_point", sizeof(rvdnav_surface_point)},
       {"rvdnav_view_result", sizeof(rvdnav_view_result)},

@@ -263,6 +263,26 @@ typedef struct rvdnav_edge_sample {
   double slope;    /* the steeper of its two slopes then, parts of the contrast a pixel */
 } rvdnav_edge_sample;
 
+/* What the calibration's errors do to the rectified views: derivatives with respect to its parameters, or to
+ * combinations of them. */
+typedef struct rvdnav_calibration_effect {
+  uint32_t struct_size;
+  uint32_t parameters;   /* [0, 64] */
+  const double* shift;   /* of the rectified coordinates, pixels, of a raw pixel: for each camera 12 x 12 x 2 x parameters
+                            coefficients of products of Chebyshev polynomials of degrees 0..11 of the column and of the
+                            row, both scaled so that the image's last pixels lie at -1 and 1; x, then y */
+  const double* focal;   /* parameters: of the rectified focal length, pixels */
+  const double* centers; /* for each camera 3 x parameters: of its centre, rectified axes, metres */
+} rvdnav_calibration_effect;
+
+/* A line that was measured in a view, and the ends of its edge where a pose has them. */
+typedef struct rvdnav_measured_line {
+  double rho, theta;
+  double ends[2][3];     /* in the rectified axes from the camera's centre, metres; in front of it */
+  int32_t camera;
+  int32_t reserved;
+} rvdnav_measured_line;
+
 /* A point of the left view found in the right view along its epipolar row. */
 typedef struct rvdnav_match {
   double x, y;       /* left, rectified */
@@ -409,6 +429,12 @@ RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_
  * the rays are parallel. */
 RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const double* left, const double* right,
                                             uint32_t count, double* p_W);
+
+/* Derivatives (line_count x 2 x effect->parameters) of the distances, pixels, of the projections of the lines' two ends
+ * from the lines. */
+RVDNAV_API rvdnav_status rvdnav_calibration_derivatives(const rvdnav_rig* rig, const rvdnav_calibration_effect* effect,
+                                                        const rvdnav_measured_line* lines, uint32_t line_count,
+                                                        double* derivatives);
 
 /* ---- the visible surface, off the frame's path ---- */
 /* Bytes of work memory that rvdnav_surface needs. */

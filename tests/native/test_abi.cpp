@@ -187,6 +187,39 @@ TEST_CASE("images without a context are checked") {
   CHECK(rvdnav_find_fields(&image, &fields) == RVDNAV_ERROR_STRUCT_SIZE);
 }
 
+TEST_CASE("derivatives with respect to the calibration check what they are given") {
+  const rvdnav_rig rig = scene::rig();
+  const std::vector<double> zeros(2 * 144 * 2 * 3, 0.0);
+  rvdnav_calibration_effect effect = {sizeof effect, 3, zeros.data(), zeros.data(), zeros.data()};
+  const rvdnav_measured_line usable = {10.0, 0.3, {{0.1, 0.0, 1.0}, {0.1, 0.2, 1.0}}, 1, 0};
+  double out[6] = {};
+  const auto status = [&](const rvdnav_measured_line& line) {
+    return rvdnav_calibration_derivatives(&rig, &effect, &line, 1, out);
+  };
+  CHECK(status(usable) == RVDNAV_OK);
+  rvdnav_measured_line line = usable;
+  line.camera = 2;
+  CHECK(status(line) == RVDNAV_ERROR_ARGUMENT);
+  line = usable;
+  line.ends[1][2] = 0.0;
+  CHECK(status(line) == RVDNAV_ERROR_ARGUMENT);
+  line = usable;
+  line.theta = kNan;
+  CHECK(status(line) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(rvdnav_calibration_derivatives(nullptr, &effect, &usable, 1, out) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_calibration_derivatives(&rig, nullptr, &usable, 1, out) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_calibration_derivatives(&rig, &effect, nullptr, 1, out) == RVDNAV_ERROR_NULL);
+  CHECK(rvdnav_calibration_derivatives(&rig, &effect, &usable, 1, nullptr) == RVDNAV_ERROR_NULL);
+  effect.shift = nullptr;
+  CHECK(status(usable) == RVDNAV_ERROR_NULL);
+  effect.parameters = 65;
+  CHECK(status(usable) == RVDNAV_ERROR_ARGUMENT);
+  effect.parameters = 0;
+  CHECK(status(usable) == RVDNAV_OK);
+  effect.struct_size = 4;
+  CHECK(status(usable) == RVDNAV_ERROR_STRUCT_SIZE);
+}
+
 TEST_CASE("a stride changes nothing") {
   const scene::Owner owner(scene::config(), scene::rig(), nullptr);
   REQUIRE(owner.status == RVDNAV_OK);

@@ -10,7 +10,7 @@ from rvdnav import Navigator, Rig
 from rvdnav.camera import CameraModel
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.geometry import rectified_cameras
-from rvdnav.pose import LineMeasurements, RefinedPose, difference, refine_pose_edges
+from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, refine_pose_edges
 from rvdnav.rig import calibration_parameters
 
 BRACKET = bracket_target().bracket
@@ -154,3 +154,47 @@ def test_a_lens_that_folds_back_in_a_corner() -> None:
         above, below = (solve(rig.perturbed(sign * delta), edges, T)[0].T_world_target for sign in (1, -1))
         expected = difference(above, below) / (2.0 * SIGMA[parameter])
         assert np.allclose(derivative[:, parameter], expected, rtol=0.05, atol=0.05 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("T", [POSES[0], pose(0.3, 0.06, 0.12, 4.0, -6.0, 10.0)], ids=["in view", "partly out of view"])
+def test_line_derivatives_are_those_of_the_shifted_points(T: np.ndarray) -> None:
+    """By numpy: projections by finite differences, polynomials evaluated point by point, a line fitted through them."""
+    rig = wide_rig()
+    _, lines = solve(rig, raw_edges(rig, T), T)
+    effect = CalibrationEffect.of(rig)
+    last = np.array([rig.width - 1.0, rig.height - 1.0])
+
+    def distances(camera: int, ends_W: np.ndarray, normal: np.ndarray, rho: float) -> np.ndarray:
+        return np.asarray(rig.project_rect(camera, ends_W) @ normal - rho)
+
+    expected = np.zeros((len(lines), 2, 22))
+    for i, (camera, rho, theta) in enumerate(zip(lines.camera, lines.rho, lines.theta, strict=True)):
+        normal, tangent = np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
+        ends_W = lines.endpoints_C[i] @ T[:3, :3].T + T[:3, 3]
+        t = rig.project_rect(camera, ends_W) @ tangent
+        places = t[0] + (np.arange(16) + 0.5) / 16 * (t[1] - t[0])
+        scaled = 2.0 * rig.rect_to_raw(camera, rho * normal + places[:, None] * tangent) / last - 1.0
+        on_image = (np.abs(scaled) <= 1.0).all(axis=1)
+        assert on_image.sum() >= 2
+        across = distances(camera, ends_W, normal, rho) + rho
+        for k in range(22):
+            x, y = (
+                np.polynomial.chebyshev.chebval2d(*scaled[on_image].T, effect.shift[camera, :, axis, k].reshape(12, 12))
+                for axis in (0, 1)
+            )
+            fit = np.polyfit(places[on_image], normal[0] * x + normal[1] * y, 1)
+            step = 1e-6 * effect.centers[camera, :, k]
+            moved = distances(camera, ends_W + step, normal, rho) - distances(camera, ends_W - step, normal, rho)
+            by_focal = across / rig.focal_rect * effect.focal[k]
+            expected[i, :, k] = by_focal - moved / 2e-6 - np.polyval(fit, t)
+    found = effect.residual_derivatives(T, lines)
+    assert np.all(np.abs(found - expected) <= 1e-6 * np.abs(expected).max(axis=(0, 1)) + 1e-9)
+    mixing = np.random.default_rng(2).standard_normal((22, 5))
+    np.testing.assert_allclose(effect.of_combinations(mixing).residual_derivatives(T, lines), found @ mixing, atol=1e-9)
+
+
+def test_an_edge_behind_the_camera_is_no_geometry() -> None:
+    rig = wide_rig()
+    _, lines = solve(rig, raw_edges(rig, POSES[0]), POSES[0])
+    with pytest.raises(PoseError, match="in front"):
+        CalibrationEffect.of(rig).residual_derivatives(pose(-0.45, 0.02, 0.08, 8.0, -12.0, 5.0), lines)

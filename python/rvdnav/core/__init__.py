@@ -1,5 +1,6 @@
 """Binding of the C core: its stages and its frame call on numpy arrays."""
 
+from rvdnav.core.calibration import LineEffect
 from rvdnav.core.core import Core
 from rvdnav.core.layout import BAR, EDGE_SAMPLE, EDGEL, LINE, MATCH, PEAK, SEGMENT, WINDOW
 from rvdnav.core.library import LIBRARY_PATH
@@ -21,6 +22,7 @@ __all__ = [
     "Core",
     "FieldSigns",
     "FrameResult",
+    "LineEffect",
     "ViewResult",
     "digest",
     "field_signs",

@@ -28,12 +28,12 @@ class Context:
         self.config = make_config(**config)
         self.width = rig.width
         self.height = rig.height
-        c_rig = _c_rig(rig)
+        in_c = c_rig(rig)
         size = ffi.new("size_t *")
-        check(lib.rvdnav_context_size(self.config, c_rig, size))
+        check(lib.rvdnav_context_size(self.config, in_c, size))
         block, self._memory = aligned_block(size[0])
         handle = ffi.new("rvdnav_context **")
-        check(lib.rvdnav_context_init(block, size[0], self.config, c_rig, _c_target(target), handle))
+        check(lib.rvdnav_context_init(block, size[0], self.config, in_c, _c_target(target), handle))
         self.handle = handle[0]
         check(lib.rvdnav_context_config(self.handle, self.config))
 
@@ -42,20 +42,21 @@ class Context:
         check(lib.rvdnav_context_set_target(self.handle, _c_target(target)))
 
 
-def _c_rig(rig: Rig) -> Any:
-    c_rig = ffi.new("rvdnav_rig *")
-    c_rig.struct_size = ffi.sizeof("rvdnav_rig")
-    c_rig.width = rig.width
-    c_rig.height = rig.height
-    c_rig.camera_count = len(rig.cameras)
-    c_rig.focal_rect = rig.focal_rect
-    c_rig.baseline = rig.baseline if rig.is_stereo else 0.0
+def c_rig(rig: Rig) -> Any:
+    """An rvdnav_rig."""
+    out = ffi.new("rvdnav_rig *")
+    out.struct_size = ffi.sizeof("rvdnav_rig")
+    out.width = rig.width
+    out.height = rig.height
+    out.camera_count = len(rig.cameras)
+    out.focal_rect = rig.focal_rect
+    out.baseline = rig.baseline if rig.is_stereo else 0.0
     for i, camera in enumerate(rig.cameras):
-        out = c_rig.camera[i]
-        out.fx, out.fy, out.cx, out.cy = camera.fx, camera.fy, camera.cx, camera.cy
-        out.k1, out.k2, out.p1, out.p2 = (float(k) for k in camera.distortion)
-        out.R_rect_cam = np.asarray(rig.R_rect_cam(i), np.float64).ravel().tolist()
-    return c_rig
+        in_c = out.camera[i]
+        in_c.fx, in_c.fy, in_c.cx, in_c.cy = camera.fx, camera.fy, camera.cx, camera.cy
+        in_c.k1, in_c.k2, in_c.p1, in_c.p2 = (float(k) for k in camera.distortion)
+        in_c.R_rect_cam = np.asarray(rig.R_rect_cam(i), np.float64).ravel().tolist()
+    return out
 
 
 def _c_target(target: Target | None) -> Any:

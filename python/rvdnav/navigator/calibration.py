@@ -7,19 +7,21 @@ refined pose follows linearly: dT = -gain dr/dc dc.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from attrs import frozen
 from numpy.polynomial.chebyshev import chebvander2d
 
+from rvdnav.core import LineEffect
 from rvdnav.navigator.geometry import rectified_cameras
-from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
-from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+from rvdnav.pose import LineMeasurements, PoseError, RefinedPose
+from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, calibration_steps
 
 # Nodes over the raw image, along and down, from which the shifts are taken, and the degree of their polynomials.
 _NODES = (24, 20)
 _DEGREE = (11, 11)
-_POINTS_PER_LINE = 16
 _SINGULAR = 1e-10
 _MAX_STRETCH = 4.0
 """Of rectified by raw pixels (Frobenius norm; 1.4 without a lens), in a lens that folds back within the image."""
@@ -27,7 +29,8 @@ _MAX_STRETCH = 4.0
 
 @frozen(eq=False)
 class CalibrationEffect:
-    """Derivatives of a rig's rectified views with respect to its calibration's parameters (p of them), made once.
+    """Derivatives of a rig's rectified views with respect to its calibration's parameters, or to combinations of them
+    (p of them), made once.
 
     shift (cameras, m, 2, p): of the rectified coordinates, px, of a raw pixel, as m coefficients of products of
     Chebyshev polynomials over the image; the lens bends smoothly, so few suffice.
@@ -63,12 +66,21 @@ class CalibrationEffect:
 
         Raises PoseError if an endpoint is not in front of its camera.
         """
-        distances, J = line_residuals(T_world_target, lines, rectified_cameras(self.rig))
-        projected = distances + lines.rho[:, None]  # the endpoints' places across their lines
-        by_focal = projected[:, :, None] / self.rig.focal_rect * self.focal
-        by_center = np.einsum("nki,nip->nkp", J[:, :, :3], self.centers[lines.camera])
-        derivatives: FloatArray = by_focal - by_center - self._line_shift(T_world_target, lines)
-        return derivatives
+        cameras = rectified_cameras(self.rig)
+        points_W = lines.endpoints_C @ T_world_target[:3, :3].T + T_world_target[:3, 3]
+        ends = (points_W - cameras.centers[lines.camera][:, None]) @ cameras.R_rect_world.T
+        if not (ends[:, :, 2] > 0.0).all():
+            raise PoseError("an edge is not in front of the camera")
+        return self._by_line.derivatives(lines.camera, lines.rho, lines.theta, ends)
+
+    @cached_property
+    def _by_line(self) -> LineEffect:
+        centers = np.einsum("ij,njp->nip", self.rig.R_world_rect.T, self.centers)
+        return LineEffect(self.rig, self.shift, self.focal, centers)
+
+    def of_combinations(self, directions: FloatArray) -> CalibrationEffect:
+        """The derivatives with respect to the factors of combinations (p, r) of the parameters."""
+        return CalibrationEffect(self.rig, self.shift @ directions, self.focal @ directions, self.centers @ directions)
 
     def disparity_derivatives(self, xy: FloatArray, disparity: FloatArray) -> FloatArray:
         """Derivatives (k, p) of what is measured of disparities less what a pose predicts for them.
@@ -76,9 +88,7 @@ class CalibrationEffect:
         xy (k, 2): left rectified points, px; disparity (k,), px: predicted.
         """
         right = xy - np.column_stack([disparity, np.zeros(len(xy))])
-        moved = [
-            self._point_shift(np.array([camera]), points[None])[0][0, :, 0] for camera, points in enumerate((xy, right))
-        ]
+        moved = [self._point_shift(camera, points)[:, 0] for camera, points in enumerate((xy, right))]
         apart = self.centers[0, 2] - self.centers[1, 2]
         by_rig = self.focal / self.rig.focal_rect + apart / self.rig.baseline
         derivatives: FloatArray = moved[0] - moved[1] - disparity[:, None] * by_rig
@@ -101,44 +111,10 @@ class CalibrationEffect:
         symmetric: FloatArray = 0.5 * (covariance + covariance.T)
         return symmetric
 
-    def _line_shift(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
-        """How far (n, 2, p), px, the lines move across themselves where their endpoints are.
-
-        A line moves with the straight line through the shifted points that it was measured at: those of its edge that
-        lie on the image.
-        """
-        normal = np.column_stack([np.cos(lines.theta), np.sin(lines.theta)])
-        tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-        points_W = lines.endpoints_C.reshape(-1, 3) @ T_world_target[:3, :3].T + T_world_target[:3, 3]
-        xy = rectified_cameras(self.rig).project(np.repeat(lines.camera, 2), points_W).reshape(-1, 2, 2)
-        ends = np.einsum("nki,ni->nk", xy, tangent)
-        part = (np.arange(_POINTS_PER_LINE) + 0.5) / _POINTS_PER_LINE
-        place = ends[:, :1] + part * (ends[:, 1:] - ends[:, :1])
-        points = (lines.rho[:, None] * normal)[:, None] + place[:, :, None] * tangent[:, None]
-        moved, on_image = self._point_shift(lines.camera, points)
-        across = np.einsum("ni,nmip->nmp", normal, moved)
-        weight = np.where(on_image.sum(axis=1, keepdims=True) >= 2, on_image, 1.0)
-        weight /= weight.sum(axis=1, keepdims=True)
-        middle = np.einsum("nm,nm->n", weight, place)[:, None]
-        moment = weight * (place - middle)
-        slope = np.einsum("nm,nmp->np", moment, across)
-        slope /= np.maximum(np.einsum("nm,nm->n", moment, place - middle), 1e-9)[:, None]
-        offset = np.einsum("nm,nmp->np", weight, across)
-        shift: FloatArray = offset[:, None] + (ends - middle)[:, :, None] * slope[:, None]
-        return shift
-
-    def _point_shift(self, camera: IntArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Shifts (n, m, 2, p) of rectified points xy (n, m, 2), at the border for those beyond it; 1 on the image."""
-        shift = np.empty((*xy.shape, len(self.focal)))
-        on_image = np.empty(xy.shape[:2])
-        for i, coefficients in enumerate(self.shift):
-            chosen = camera == i
-            if not chosen.any():
-                continue
-            place = 2.0 * self.rig.rect_to_raw(i, xy[chosen]) / _last_pixel(self.rig) - 1.0
-            on_image[chosen] = (np.abs(place) <= 1.0).all(axis=-1)
-            shift[chosen] = np.tensordot(_basis(np.clip(np.nan_to_num(place), -1.0, 1.0)), coefficients, 1)
-        return shift, on_image
+    def _point_shift(self, camera: int, xy: FloatArray) -> FloatArray:
+        """Shifts (k, 2, p) of a view's rectified points xy (k, 2), at the border for those beyond it."""
+        place = 2.0 * self.rig.rect_to_raw(camera, xy) / _last_pixel(self.rig) - 1.0
+        return np.asarray(np.tensordot(_basis(np.clip(np.nan_to_num(place), -1.0, 1.0)), self.shift[camera], 1))
 
 
 def _regular(rig: Rig, camera: int, uv: FloatArray) -> BoolArray:

@@ -77,8 +77,8 @@ class Knowledge:
         self._uncertain = np.repeat(model.point_sigmas > 0.0, 3)
         self._point_sigma = np.repeat(model.point_sigmas, 3)[self._uncertain]
         covariance = rig.calibration_or_default
-        self._effect = CalibrationEffect.of(rig) if covariance.any() else None
         self._directions = _root(covariance)
+        self._effect = CalibrationEffect.of(rig).of_combinations(self._directions) if covariance.any() else None
         self._calibration_sigma = np.sqrt(np.diagonal(covariance))
         self._views = len(rig.cameras)
 
@@ -89,7 +89,8 @@ class Knowledge:
         in_pixels = [name.partition(".")[2][0] in "fc" for name in calibration_parameters(len(rig.cameras))]
         knowledge._directions = self._directions / np.where(in_pixels, factor, 1.0)[:, None]
         knowledge._cameras = rectified_cameras(rig)
-        knowledge._effect = None if self._effect is None else CalibrationEffect.of(rig)
+        if self._effect is not None:
+            knowledge._effect = CalibrationEffect.of(rig).of_combinations(knowledge._directions)
         return knowledge
 
     @property
@@ -142,7 +143,7 @@ class Knowledge:
         if len(self._point_sigma) > 0:
             parts.append(self._by_points(T_world_target, lines)[:, :, self._uncertain] * self._point_sigma)
         if self._effect is not None:
-            parts.append(self._effect.residual_derivatives(T_world_target, lines) @ self._directions)
+            parts.append(self._effect.residual_derivatives(T_world_target, lines))
         return np.concatenate([np.zeros((len(lines), 2, 0)), *parts], axis=2)
 
     def _by_points(self, T: FloatArray, lines: LineMeasurements) -> FloatArray:
@@ -191,7 +192,7 @@ class Knowledge:
         """
         if self._effect is None:
             return np.zeros(len(xy)), np.zeros(len(xy))
-        derivatives = self._effect.disparity_derivatives(xy, disparity) @ self._directions
+        derivatives = self._effect.disparity_derivatives(xy, disparity)
         own = slice(len(self._point_sigma), self.lasting)
         covariance = pose.joint_covariance[6:, 6:][own, own]
         return derivatives @ pose.z[own], np.sqrt(np.einsum("ki,ij,kj->k", derivatives, covariance, derivatives))
