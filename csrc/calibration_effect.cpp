@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lens.hpp"
+#include "math/elementary.hpp"
 
 namespace rvdnav {
 namespace {
@@ -83,7 +84,7 @@ EndWeights end_weights(const LinePoints& points, const double* end_t) {
 void calibration_derivatives(const rvdnav_rig& rig, const rvdnav_calibration_effect& effect,
                              const rvdnav_measured_line& line, double* derivatives) {
   const auto p = static_cast<ptrdiff_t>(effect.parameters);
-  const double normal[2] = {std::cos(line.theta), std::sin(line.theta)};
+  const double normal[2] = {math::cos(line.theta), math::sin(line.theta)};
   const double* centers = effect.centers + 3 * p * line.camera;
   double end_t[2];
   for (int32_t end = 0; end < 2; ++end) {

@@ -14,7 +14,7 @@ constexpr uint32_t kMaxParameters = 64;
 bool is_usable(const rvdnav_rig& rig, const rvdnav_measured_line& line) {
   const bool in_front = line.ends[0][2] > 0.0 && line.ends[1][2] > 0.0;
   return line.camera >= 0 && line.camera < rig.camera_count && in_front && std::isfinite(line.rho) &&
-         std::isfinite(line.theta);
+         std::abs(line.theta) <= kFar;
 }
 
 }  // namespace
