@@ -101,6 +101,24 @@ def test_covariance_is_honest_for_samples_that_share_what_neighbours_share(noise
     assert 0.6 < np.mean(squares) < 1.6
 
 
+@pytest.mark.parametrize("correlation", [0.6, 0.8])
+def test_covariance_is_honest_for_samples_before_an_uneven_background(correlation: float) -> None:
+    """Residuals that fall off by the same factor from each to the next, as texture as coarse as a few profiles has."""
+    rng = np.random.default_rng(12)
+    exact = attrs.evolve(one_edge(7), q=one_edge(7).q[0] + np.arange(50)[:, None] * [-np.sin(0.4), np.cos(0.4)])
+    squares = []
+    for _ in range(300):
+        noise = np.zeros(50)
+        noise[0] = rng.normal(scale=0.2)
+        for i in range(1, 50):
+            noise[i] = correlation * noise[i - 1] + np.sqrt(1.0 - correlation**2) * rng.normal(scale=0.2)
+        lines = fit(exact.moved(noise))
+        error = np.array([lines.rho[0] - exact.q[0] @ exact.n[0], lines.theta[0] - 0.4])
+        squares.append(error @ np.linalg.solve(lines.cov[0], error))
+    # Of a chi-square of two degrees of freedom; taken for independent, samples as these give 3 and 6 times as much.
+    assert 0.7 < np.median(squares) / (2.0 * np.log(2.0)) < 2.4
+
+
 def test_covariance_follows_the_scatter_and_not_the_stated_sigma() -> None:
     noise = np.random.default_rng(8).normal(size=50)
     one, two = (fit(one_edge(9, sigma=s).moved(f * noise)).cov[0] for s, f in ((0.1, 0.1), (0.2, 0.2)))

@@ -11,8 +11,10 @@ _ROUNDS = 8
 _TUKEY = 4.685
 _SCALE_FLOOR_PX = 0.05
 _MIN_SAMPLES = 5
-# Neighbouring profiles share pixels and texture, so they know less than independent ones would.
+# Neighbouring profiles share pixels, so they know less than independent ones would, by this factor in variance at
+# least; those before an uneven background share more, which their residuals tell: up to this correlation.
 _CORRELATION = 2.0
+_LARGEST_CORRELATION = 0.9
 
 
 @frozen(eq=False)
@@ -36,6 +38,7 @@ class EdgeLines:
 def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArray, sigma: FloatArray) -> EdgeLines:
     """Lines through image points q (k, 2) with normals n (k, 2) and standard deviations sigma (k,), px.
 
+    The samples of an edge come in their order along it: how alike neighbours are tells how many are independent.
     The normals of an edge in a camera are equal up to small angles.  There is one line an edge and camera: a
     least-squares fit across the first normal of its edge, reweighted by Tukey's loss with a scale of its own; edges
     with too few agreeing samples are left out.
@@ -77,9 +80,9 @@ def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArra
         offset = np.where(fit, (s2 * y0 - s1 * y1) / safe, offset)
         slope = np.where(fit, (s0 * y1 - s1 * y0) / safe, 0.0)
     residual = across - offset[:, None] - slope[:, None] * along
-    agreeing = (tukey > 0.1).sum(axis=1)
+    agreeing = (tukey > 0.1).sum(axis=1).astype(np.float64)
     unit = (w * residual**2).sum(axis=1) / np.maximum(agreeing - 2.0, 1.0) * agreeing / np.maximum(s0, 1e-300)
-    variance = np.maximum(unit, _SCALE_FLOOR_PX**2 / 4.0) * _CORRELATION
+    variance = np.maximum(unit, _SCALE_FLOOR_PX**2 / 4.0) * _shared(residual, tukey, agreeing)
     information = s0 / np.maximum(agreeing, 1.0)
     # Var of (offset, slope) = variance * information * [[s2, -s1], [-s1, s0]] / det, turned into (rho, theta).
     factor = variance * information / safe
@@ -103,6 +106,23 @@ def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArra
         rms[kept],
         np.where(kept[group], tukey[group, place], 0.0),
     )
+
+
+def _shared(residual: FloatArray, weight: FloatArray, count: FloatArray) -> FloatArray:
+    """By which factor each row's fit varies more than one of as many (count) independent residuals would.
+
+    From the correlation r of neighbours, as if it fell off by r from each to the next, (1 + r) / (1 - r); a line
+    through few residuals takes some of the correlation upon itself (M. G. Kendall, "Note on bias
+    in the estimation of autocorrelation", 1954).
+    """
+    both = weight[:, 1:] * weight[:, :-1]
+    product = (both * residual[:, 1:] * residual[:, :-1]).sum(axis=1)
+    square = 0.5 * (both * (residual[:, 1:] ** 2 + residual[:, :-1] ** 2)).sum(axis=1)
+    count = np.maximum(count, 2.0 * _MIN_SAMPLES)
+    correlation = (count * product / np.maximum(square, 1e-300) + 2.0) / (count - 4.0)
+    correlation = np.clip(correlation, 0.0, _LARGEST_CORRELATION)
+    factor: FloatArray = np.maximum((1.0 + correlation) / (1.0 - correlation), _CORRELATION)
+    return factor
 
 
 def _medians(values: FloatArray, present: BoolArray, count: IntArray) -> FloatArray:
