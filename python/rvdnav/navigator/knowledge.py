@@ -33,6 +33,7 @@ TARGET, CALIBRATION, STEPS, EDGES, MOTION = 0, 1, 2, 3, 4
 _WEIGHTS = (1.0, 4.0, 1.0, 1.0, math.inf)
 # The largest scales: how far what was said can be from what is, before the frame is not to be believed.
 _LARGEST = (5.0, 5.0, 20.0, 25.0, 1.0)
+_DOUBTFUL = (True, True, False, False, False)
 # By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
 _STEP_PART = 0.015
 # By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of
@@ -124,7 +125,7 @@ class Knowledge:
 
     def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
         sizes = self._sizes(derivative.shape[2])
-        groups = tuple(map(Group, sizes, _WEIGHTS, _LARGEST))
+        groups = tuple(map(Group, sizes, _WEIGHTS, _LARGEST, _DOUBTFUL))
         information = np.zeros((derivative.shape[2],) * 2)
         vector = np.zeros(derivative.shape[2])
         information[: self.lasting, : self.lasting] = learned.information

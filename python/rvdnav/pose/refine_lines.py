@@ -31,6 +31,12 @@ MAX_DISPLACEMENT = 0.7
 # Where the search for them begins: large, so that edges displaced alike are not taken for outliers of a few that agree.
 START_SIGMA = 0.15
 VARIANCE_ROUNDS = 2
+# Where the scale of what the lines share is sought too, that begins as large as it can be and the displacement small:
+# what many lines have in common is otherwise taken for a displacement of each, which explains it as well, and stays.
+# Both are taken anew at most so often, until none changes by more than this part.
+_START_BESIDE_SHARED = 0.05
+_MOST_VARIANCE_ROUNDS = 12
+_SETTLED = 0.05
 _BISECTIONS = 12
 # The robust scale is never below this many stated sigmas: so few lines can agree closely by chance.
 SCALE_FLOOR = 1.0
@@ -143,15 +149,22 @@ def refine_pose_edges(
     weights and covariance follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982;
     here for two components, whose degrees of freedom are the lines less the leverage of the pose on them).
     """
-    displacement = Displacement(START_SIGMA, START_SIGMA)
     systematics = Systematics.none(len(lines)) if systematics is None else systematics
+    start, rounds = START_SIGMA, VARIANCE_ROUNDS
+    if systematics.doubtful.any():
+        start, rounds = _START_BESIDE_SHARED, _MOST_VARIANCE_ROUNDS
+        systematics = systematics.widest
+    displacement = Displacement(start, start)
     estimate, near = (float_array(T_world_target, 4, 4), systematics.mean), False
-    for _ in range(VARIANCE_ROUNDS):
+    for _ in range(rounds):
         solution, _ = _solve(estimate, lines, cameras, displacement, systematics, near=near)
         estimate, near = solution.estimate, True
         distances = _distances(solution.estimate, lines, cameras, systematics)
+        before = (displacement.offset, displacement.tilt, *systematics.scales)
         displacement = shown_displacement(estimate[0], distances, solution, lines, cameras)
         systematics = systematics.rescaled(estimate[1], solution.inverse[6:, 6:])
+        if np.allclose((displacement.offset, displacement.tilt, *systematics.scales), before, rtol=_SETTLED, atol=0.0):
+            break
     solution, whitening = _solve(estimate, lines, cameras, displacement, systematics, near=near)
     return _refined(solution, lines, cameras, systematics, whitening, displacement)
 

@@ -23,11 +23,13 @@ LARGEST_SCALE = 5.0
 @frozen(eq=False)
 class Group:
     """Parameters whose standard deviations were stated together: how many, and how many independent errors the
-    statement is worth against those that the lines show (infinite: it is not asked); and the largest scale of it."""
+    statement is worth against those that the lines show (infinite: it is not asked); the largest scale of it; and
+    whether the statement may be wrong by that much."""
 
     size: int
     weight: float
     largest: float = LARGEST_SCALE
+    doubtful: bool = False
 
 
 def _derivative(values: Any) -> FloatArray:
@@ -66,6 +68,17 @@ class Systematics:
 
     def __len__(self) -> int:
         return len(self.vector)
+
+    @property
+    def doubtful(self) -> BoolArray:
+        """(groups,) those that have parameters and whose statement may be wrong by the largest scale."""
+        return np.array([group.doubtful and group.size > 0 for group in self.groups], np.bool_)
+
+    @property
+    def widest(self) -> Systematics:
+        """With the largest scales of the doubtful groups."""
+        largest = np.array([group.largest for group in self.groups])
+        return evolve(self, scales=np.where(self.doubtful, largest, self.scales))
 
     @property
     def members(self) -> IntArray:
