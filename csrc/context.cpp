@@ -16,12 +16,14 @@ void lay_out_view(const Context& c, Arena& arena, Workspace& work) {
   const size_t words = static_cast<size_t>(edge_row_words(rig.width)) * height;
   const auto edgels = static_cast<size_t>(config.max_edgels);
   arena.take(&work.smooth_row, width + 2);
-  arena.take(&work.edge.magnitude, 3 * width);
-  arena.take(&work.edge.sector, 3 * width);
-  arena.take(&work.edge.candidate, width);
+  arena.take(&work.edge.magnitude, 3 * edge_scratch_row(width));
+  arena.take(&work.edge.code, 3 * edge_scratch_row(width));
   arena.take(&work.smoothed, pixels);
   arena.take(&work.edge_bits, words);
   arena.take(&work.bit_scratch, words);
+  arena.take(&work.thin.deletable, words / height);
+  arena.take(&work.thin.empty, words / height);
+  arena.take(&work.thin.stale, height);
   arena.take(&work.direction, pixels);
   arena.take(&work.edgels, edgels);
   arena.take(&work.accumulator, static_cast<size_t>(kThetaBins) * static_cast<size_t>(config.hough_rho_bins));

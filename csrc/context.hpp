@@ -11,6 +11,7 @@
 #include "lens_map.hpp"
 #include "lines.hpp"
 #include "rvdnav/rvdnav.h"
+#include "thin.hpp"
 #include "track.hpp"
 
 namespace rvdnav {
@@ -25,6 +26,7 @@ struct Workspace {
   uint8_t* smoothed;      // width * height
   uint32_t* edge_bits;    // edge_row_words(width) * height
   uint32_t* bit_scratch;  // as many
+  ThinScratch thin;
   uint8_t* direction;     // width * height
   rvdnav_edgel* edgels;   // max_edgels
   uint16_t* accumulator;  // kThetaBins * hough_rho_bins

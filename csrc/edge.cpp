@@ -5,12 +5,6 @@
 namespace rvdnav {
 namespace {
 
-int32_t local_mean(const uint8_t* p, ptrdiff_t stride) {
-  const uint8_t* a = p - stride;
-  const uint8_t* c = p + stride;
-  return (a[-1] + a[0] + a[1] + p[-1] + p[0] + p[1] + c[-1] + c[0] + c[1]) / 9;
-}
-
 uint8_t gradient_direction(const uint8_t* p, ptrdiff_t stride) {
   const uint8_t* a = p - stride;
   const uint8_t* c = p + stride;
@@ -19,23 +13,10 @@ uint8_t gradient_direction(const uint8_t* p, ptrdiff_t stride) {
   return binary_angle(gx, gy);
 }
 
-// Threshold and direction of one row's candidates, which are few.
-void keep_candidates(const uint8_t* candidate, const int16_t* magnitude, const uint8_t* smoothed, int32_t w,
-                     const ThresholdCurve& threshold, uint32_t* bits, uint8_t* direction) {
-  for (int32_t base = 0; base < w; base += 32) {
-    const int32_t end = base + 32 < w ? base + 32 : w;
-    uint32_t any = 0;
-    for (int32_t x = base; x < end; ++x) any |= candidate[x];
-    if (any == 0) continue;
-    uint32_t word = 0;
-    for (int32_t x = base; x < end; ++x) {
-      if (candidate[x] == 0) continue;
-      if (magnitude[x] < threshold.value[local_mean(smoothed + x, w)]) continue;
-      word |= uint32_t{1} << (x - base);
-      direction[x] = gradient_direction(smoothed + x, w);
-    }
-    bits[base / 32] = word;
-  }
+// No edges nearer than two pixels to the ends of a row.
+void clear_ends(uint32_t* row, int32_t w) {
+  const int32_t ends[] = {0, 1, w - 2, w - 1};
+  for (int32_t x : ends) row[x / 32] &= ~(uint32_t{1} << (x % 32));
 }
 
 }  // namespace
@@ -49,30 +30,52 @@ ThresholdCurve make_threshold_curve(int32_t floor, int32_t weber_q8, int32_t kne
     const int32_t step_q10 = weber_q10 > floor * 1024 ? weber_q10 : floor * 1024;
     curve.value[mean] = static_cast<uint16_t>((step_q10 * kMagnitudePerStep + 1023) / 1024);
   }
+  // A flat patch is no edge even if every threshold is 0.
+  curve.least = static_cast<int16_t>(floor > 0 ? floor * kMagnitudePerStep : 1);
+  curve.weber = static_cast<int16_t>(weber_q8 * kMagnitudePerStep);
+  curve.knee = static_cast<int16_t>(knee);
   return curve;
 }
 
 void detect_edges(const uint8_t* smoothed, int32_t w, int32_t h, const ThresholdCurve& threshold,
-                  const Kernels& kernels, EdgeScratch& scratch, uint32_t* bits, uint8_t* direction) {
+                  const Kernels& kernels, const EdgeScratch& scratch, uint32_t* bits) {
   const ptrdiff_t words = edge_row_words(w);
-  for (ptrdiff_t i = 0; i < words * h; ++i) bits[i] = 0;
-  for (ptrdiff_t i = 0; i < static_cast<ptrdiff_t>(w) * h; ++i) direction[i] = 0;
+  const auto clear_row = [&](int32_t y) {
+    for (ptrdiff_t k = 0; k < words; ++k) bits[y * words + k] = 0;
+  };
+  for (int32_t y = 0; y < h; ++y) {
+    if (h < 5 || w < 5 || y < 2 || y >= h - 2) clear_row(y);
+  }
   if (w < 5 || h < 5) return;
 
-  // The curve never falls, so its first value is a bound that needs no local mean.  A flat patch is no edge even if
-  // every threshold is 0.
-  const int16_t minimum = static_cast<int16_t>(threshold.value[0] > 0 ? threshold.value[0] : 1);
+  const auto stride = static_cast<ptrdiff_t>(edge_scratch_row(static_cast<size_t>(w)));
+  for (ptrdiff_t i = 0; i < 3 * stride; ++i) {
+    scratch.magnitude[i] = 0;
+    scratch.code[i] = 0;
+  }
   const auto row = [&](int32_t y) { return smoothed + static_cast<ptrdiff_t>(y) * w; };
-  const auto magnitude = [&](int32_t y) { return scratch.magnitude + static_cast<ptrdiff_t>(y % 3) * w; };
-  const auto sector = [&](int32_t y) { return scratch.sector + static_cast<ptrdiff_t>(y % 3) * w; };
+  const auto magnitude = [&](int32_t y) { return scratch.magnitude + y % 3 * stride + kRowMargin; };
+  const auto code = [&](int32_t y) { return scratch.code + y % 3 * stride; };
   for (int32_t y = 1; y < h - 1; ++y) {
-    kernels.gradient_row(row(y - 1), row(y), row(y + 1), w, magnitude(y), sector(y));
+    kernels.gradient_row(row(y - 1), row(y), row(y + 1), w, threshold, magnitude(y), code(y));
     const int32_t ridge = y - 1;  // the newest row with magnitudes on both sides
     if (ridge < 2) continue;
-    kernels.ridge_row(magnitude(ridge - 1), magnitude(ridge), magnitude(ridge + 1), sector(ridge), w, minimum,
-                      scratch.candidate);
-    keep_candidates(scratch.candidate, magnitude(ridge), row(ridge), w, threshold, bits + ridge * words,
-                    direction + static_cast<ptrdiff_t>(ridge) * w);
+    kernels.ridge_row(magnitude(ridge - 1), magnitude(ridge), magnitude(ridge + 1), code(ridge), w,
+                      bits + ridge * words);
+    clear_ends(bits + ridge * words, w);
+  }
+}
+
+void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const uint32_t* bits, uint8_t* direction) {
+  const ptrdiff_t words = edge_row_words(w);
+  for (int32_t y = 1; y < h - 1; ++y) {
+    for (int32_t k = 0; k < words; ++k) {
+      for (uint32_t rest = bits[y * words + k]; rest != 0; rest &= rest - 1) {
+        const int32_t x = 32 * k + __builtin_ctz(rest);
+        const ptrdiff_t i = static_cast<ptrdiff_t>(y) * w + x;
+        direction[i] = gradient_direction(smoothed + i, w);
+      }
+    }
   }
 }
 

@@ -18,25 +18,24 @@ namespace rvdnav {
 
 constexpr int32_t kMagnitudePerStep = 3;
 
-// Least magnitude of an edge by the local mean.
-struct ThresholdCurve {
-  uint16_t value[256];
-};
-
 // floor: grey levels; weber_q8: fraction of the local mean; knee: grey level; all 0..255.
 ThresholdCurve make_threshold_curve(int32_t floor, int32_t weber_q8, int32_t knee);
 
 // The rows in work.
 struct EdgeScratch {
-  int16_t* magnitude;  // 3 * width
-  uint8_t* sector;     // 3 * width
-  uint8_t* candidate;  // width
+  int16_t* magnitude;  // 3 * edge_scratch_row(width)
+  uint8_t* code;       // 3 * edge_scratch_row(width)
 };
 
+constexpr size_t edge_scratch_row(size_t width) { return width + 2 * kRowMargin; }
+
 // Edge pixels: the magnitude is at least the threshold and a ridge along the direction of the largest response.  bits:
-// edge_row_words(w) words a row.  direction: of the gradient at edge pixels (256 to the turn, from +x towards +y,
-// towards brighter), 0 elsewhere.  Nearer than two pixels to the border there are none.
+// edge_row_words(w) words a row.  Nearer than two pixels to the border there are none.
 void detect_edges(const uint8_t* smoothed, int32_t w, int32_t h, const ThresholdCurve& threshold,
-                  const Kernels& kernels, EdgeScratch& scratch, uint32_t* bits, uint8_t* direction);
+                  const Kernels& kernels, const EdgeScratch& scratch, uint32_t* bits);
+
+// Direction of the gradient (256 to the turn, from +x towards +y, towards brighter) at the edge pixels, or at what is
+// left of them; the others' stay as they are.
+void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const uint32_t* bits, uint8_t* direction);
 
 }  // namespace rvdnav

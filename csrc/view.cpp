@@ -126,13 +126,13 @@ rvdnav_status process_view(Context& c, int32_t camera, const GreyView& image, co
   measure_light(image, result);
   smooth(image, *c.kernels, work.smooth_row, work.smoothed);
   clock.lap(RVDNAV_STAGE_SMOOTH);
-  detect_edges(work.smoothed, c.rig.width, c.rig.height, c.threshold, *c.kernels, work.edge, work.edge_bits,
-               work.direction);
+  detect_edges(work.smoothed, c.rig.width, c.rig.height, c.threshold, *c.kernels, work.edge, work.edge_bits);
   clock.lap(RVDNAV_STAGE_EDGES);
   filter_edges(work.edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, work.bit_scratch);
-  thin(work.edge_bits, c.rig.width, c.rig.height);
+  thin(work.edge_bits, c.rig.width, c.rig.height, *c.kernels, work.thin);
   result->edge_count = count_edges(work.edge_bits, edge_row_words(c.rig.width) * c.rig.height);
   clock.lap(RVDNAV_STAGE_THIN);
+  edge_directions(work.smoothed, c.rig.width, c.rig.height, work.edge_bits, work.direction);
   uint32_t total = 0;
   work.edgel_count = rectify_edges(work.edge_bits, work.direction, c.rig.width, c.rig.height, c.lens[camera],
                                    work.edgels, static_cast<uint32_t>(c.config.max_edgels), &total);

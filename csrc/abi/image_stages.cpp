@@ -23,7 +23,10 @@ rvdnav_status rvdnav_detect_edges(rvdnav_context* context, int32_t camera, const
   RVDNAV_TRY(check_camera(context, camera));
   if (smoothed == nullptr || edge_bits == nullptr || direction == nullptr) return RVDNAV_ERROR_NULL;
   Context& c = context->context;
-  detect_edges(smoothed, c.rig.width, c.rig.height, c.threshold, *c.kernels, c.work[camera].edge, edge_bits, direction);
+  const int32_t w = c.rig.width, h = c.rig.height;
+  detect_edges(smoothed, w, h, c.threshold, *c.kernels, c.work[camera].edge, edge_bits);
+  for (ptrdiff_t i = 0; i < static_cast<ptrdiff_t>(w) * h; ++i) direction[i] = 0;
+  edge_directions(smoothed, w, h, edge_bits, direction);
   return RVDNAV_OK;
 }
 
@@ -38,7 +41,8 @@ rvdnav_status rvdnav_filter_edges(rvdnav_context* context, int32_t camera, uint3
 rvdnav_status rvdnav_thin(rvdnav_context* context, int32_t camera, uint32_t* edge_bits) {
   RVDNAV_TRY(check_camera(context, camera));
   RVDNAV_TRY(check_edge_bits(context, edge_bits));
-  thin(edge_bits, context->context.rig.width, context->context.rig.height);
+  Context& c = context->context;
+  thin(edge_bits, c.rig.width, c.rig.height, *c.kernels, c.work[camera].thin);
   return RVDNAV_OK;
 }
 

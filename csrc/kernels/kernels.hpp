@@ -1,11 +1,28 @@
 // The row kernels of the image stages and the choice of their instruction set.
 //
-// One plain source (row_kernels.inl) is compiled once per instruction set; every build of it gives the same bits.
+// Two sources give the same bits: plain loops (row_kernels.inl) for processors without lanes, and vector code
+// (lane_kernels.inl) over a few primitives that each instruction set's own file defines.
 #pragma once
 
 #include <stdint.h>
 
 namespace rvdnav {
+
+// Least magnitude of an edge by the local mean.
+struct ThresholdCurve {
+  uint16_t value[256];
+  // What it is made of: value[mean] is the least m with m >= least and 1024 * m >= weber * (mean + 3 * min(mean,
+  // knee)).
+  int16_t least;
+  int16_t weber;
+  int16_t knee;
+};
+
+// The borders from which thinning takes a layer at a time.
+enum class Borders { kNorthWest, kSouthEast };
+
+// Values before and after a row of magnitudes, and a multiple of its codes, that ridge_row may read.
+constexpr int32_t kRowMargin = 64;
 
 struct Kernels {
   int32_t isa;  // RVDNAV_ISA_...
@@ -14,15 +31,21 @@ struct Kernels {
   void (*smooth_row)(const uint8_t* above, const uint8_t* centre, const uint8_t* below, int32_t width,
                      uint16_t* scratch, uint8_t* out);
 
-  // The largest of the four Sobel responses and its sector (0: 0 degrees, 1: 45, 2: 90, 3: 135) for the inner pixels of
-  // a row; the magnitude of the first and the last pixel is 0.
+  // For the inner pixels of a row the largest of the four Sobel responses, and a code: 1 + its sector (0: 0 degrees,
+  // 1: 45, 2: 90, 3: 135) where the magnitude reaches the threshold, else 0.  Both are 0 for the first and the last
+  // pixel.
   void (*gradient_row)(const uint8_t* above, const uint8_t* centre, const uint8_t* below, int32_t width,
-                       int16_t* magnitude, uint8_t* sector);
+                       const ThresholdCurve& threshold, int16_t* magnitude, uint8_t* code);
 
-  // candidate[x] = 255 where the magnitude is at least minimum and a ridge along the sector's direction, else 0; two
-  // pixels at each end are always 0.
-  void (*ridge_row)(const int16_t* above, const int16_t* centre, const int16_t* below, const uint8_t* sector,
-                    int32_t width, int16_t minimum, uint8_t* candidate);
+  // Bit x is set where the code isn't 0 and the magnitude is a ridge along the sector's direction.  The magnitudes have
+  // kRowMargin values of any kind before and after them, the codes kRowMargin zeros after them.
+  void (*ridge_row)(const int16_t* above, const int16_t* centre, const int16_t* below, const uint8_t* code,
+                    int32_t width, uint32_t* bits);
+
+  // Of packed pixels, those that thinning may delete first, judged by the neighbours of now: simple, no end, and on
+  // one of the borders given.  Returns whether there are any.
+  bool (*deletable_row)(const uint32_t* above, const uint32_t* centre, const uint32_t* below, int32_t words,
+                        Borders borders, uint32_t* deletable);
 };
 
 // The kernels of an instruction set (RVDNAV_ISA_...; AUTO takes the best that this processor has), null if this build

@@ -1,9 +1,8 @@
-// The row kernels; include inside a namespace of the instruction set's own.  The loops are plain, without branches and
-// in 8 and 16 bit lanes, so that the compiler turns them into vector code.
+// The row kernels in plain loops; include inside a namespace of the instruction set's own, which may use some of them.
 
-static void smooth_row(const uint8_t* __restrict above, const uint8_t* __restrict centre,
-                       const uint8_t* __restrict below, int32_t width, uint16_t* __restrict scratch,
-                       uint8_t* __restrict out) {
+[[maybe_unused]] static void smooth_row(const uint8_t* __restrict above, const uint8_t* __restrict centre,
+                                        const uint8_t* __restrict below, int32_t width, uint16_t* __restrict scratch,
+                                        uint8_t* __restrict out) {
   uint16_t* const column = scratch + 1;
   for (int32_t x = 0; x < width; ++x) {
     column[x] = static_cast<uint16_t>(above[x] + 2 * centre[x] + below[x]);
@@ -15,54 +14,95 @@ static void smooth_row(const uint8_t* __restrict above, const uint8_t* __restric
   }
 }
 
-static inline int16_t magnitude_of(int16_t value) { return static_cast<int16_t>(value < 0 ? -value : value); }
+static inline int32_t size_of(int32_t value) { return value < 0 ? -value : value; }
 
-static void gradient_row(const uint8_t* __restrict above, const uint8_t* __restrict centre,
-                         const uint8_t* __restrict below, int32_t width, int16_t* __restrict magnitude,
-                         uint8_t* __restrict sector) {
+[[maybe_unused]] static void gradient_row(const uint8_t* __restrict above, const uint8_t* __restrict centre,
+                                          const uint8_t* __restrict below, int32_t width,
+                                          const ThresholdCurve& threshold, int16_t* __restrict magnitude,
+                                          uint8_t* __restrict code) {
   for (int32_t x = 1; x < width - 1; ++x) {
-    const int16_t a0 = above[x - 1], a1 = above[x], a2 = above[x + 1];
-    const int16_t b0 = centre[x - 1], b2 = centre[x + 1];
-    const int16_t c0 = below[x - 1], c1 = below[x], c2 = below[x + 1];
-    const int16_t falling = static_cast<int16_t>(c2 - a0);  // towards +x +y
-    const int16_t rising = static_cast<int16_t>(c0 - a2);   // towards -x +y
-    const int16_t across = static_cast<int16_t>(b2 - b0);
-    const int16_t down = static_cast<int16_t>(c1 - a1);
-    const int16_t g0 = magnitude_of(static_cast<int16_t>(falling - rising + 2 * across));
-    const int16_t g45 = magnitude_of(static_cast<int16_t>(2 * falling + across + down));
-    const int16_t g90 = magnitude_of(static_cast<int16_t>(falling + rising + 2 * down));
-    const int16_t g135 = magnitude_of(static_cast<int16_t>(2 * rising - across + down));
-    const int16_t straight = g0 >= g90 ? g0 : g90;
-    const int16_t diagonal = g45 >= g135 ? g45 : g135;
-    const int16_t straight_sector = g0 >= g90 ? 0 : 2;
-    const int16_t diagonal_sector = g45 >= g135 ? 1 : 3;
-    magnitude[x] = straight >= diagonal ? straight : diagonal;
-    sector[x] = static_cast<uint8_t>(straight >= diagonal ? straight_sector : diagonal_sector);
+    const int32_t falling = below[x + 1] - above[x - 1];  // towards +x +y
+    const int32_t rising = below[x - 1] - above[x + 1];   // towards -x +y
+    const int32_t across = centre[x + 1] - centre[x - 1];
+    const int32_t down = below[x] - above[x];
+    const int32_t g0 = size_of(falling - rising + 2 * across);
+    const int32_t g45 = size_of(2 * falling + across + down);
+    const int32_t g90 = size_of(falling + rising + 2 * down);
+    const int32_t g135 = size_of(2 * rising - across + down);
+    const int32_t straight = g0 >= g90 ? g0 : g90;
+    const int32_t diagonal = g45 >= g135 ? g45 : g135;
+    const int32_t m = straight >= diagonal ? straight : diagonal;
+    magnitude[x] = static_cast<int16_t>(m);
+    code[x] = 0;
+    if (m < threshold.least) continue;
+    const int32_t sum = above[x - 1] + above[x] + above[x + 1] + centre[x - 1] + centre[x] + centre[x + 1] +
+                        below[x - 1] + below[x] + below[x + 1];
+    if (m < threshold.value[sum / 9]) continue;
+    code[x] = static_cast<uint8_t>(straight >= diagonal ? (g0 >= g90 ? 1 : 3) : (g45 >= g135 ? 2 : 4));
   }
-  magnitude[0] = 0;
-  magnitude[width - 1] = 0;
+  magnitude[0] = magnitude[width - 1] = 0;
+  code[0] = code[width - 1] = 0;
 }
 
-static void ridge_row(const int16_t* __restrict above, const int16_t* __restrict centre,
-                      const int16_t* __restrict below, const uint8_t* __restrict sector, int32_t width, int16_t minimum,
-                      uint8_t* __restrict candidate) {
-  for (int32_t x = 2; x < width - 2; ++x) {
-    // All loads come first and depend on nothing, or the loop stays scalar.
-    const int16_t s = sector[x], m = centre[x];
-    const int16_t east = centre[x + 1], south_east = below[x + 1], south = below[x], south_west = below[x - 1];
-    const int16_t west = centre[x - 1], north_west = above[x - 1], north = above[x], north_east = above[x + 1];
-    const int16_t before_straight = s == 0 ? west : north, before_diagonal = s == 1 ? north_west : north_east;
-    const int16_t after_straight = s == 0 ? east : south, after_diagonal = s == 1 ? south_east : south_west;
-    const int16_t before = (s & 1) == 0 ? before_straight : before_diagonal;
-    const int16_t after = (s & 1) == 0 ? after_straight : after_diagonal;
-    // One strict comparison: a plateau two pixels wide gives one edge pixel.
-    const int16_t above_before = m > before ? 255 : 0;
-    const int16_t not_below_after = m >= after ? 255 : 0;
-    const int16_t strong = m >= minimum ? 255 : 0;
-    candidate[x] = static_cast<uint8_t>(above_before & not_below_after & strong);
+[[maybe_unused]] static void ridge_row(const int16_t* __restrict above, const int16_t* __restrict centre,
+                                       const int16_t* __restrict below, const uint8_t* __restrict code, int32_t width,
+                                       uint32_t* __restrict bits) {
+  for (int32_t base = 0; base < width; base += 32) {
+    const int32_t end = base + 32 < width ? base + 32 : width;
+    uint32_t word = 0;
+    for (int32_t x = base; x < end; ++x) {
+      if (code[x] == 0) continue;
+      const int16_t* before = above;
+      const int16_t* after = below;
+      int32_t step = 1;  // to the pixel after
+      if (code[x] == 1) before = after = centre;
+      if (code[x] == 3) step = 0;
+      if (code[x] == 4) step = -1;
+      // One strict comparison: a plateau two pixels wide gives one edge pixel.
+      if (centre[x] > before[x - step] && centre[x] >= after[x + step]) word |= uint32_t{1} << (x - base);
+    }
+    bits[base / 32] = word;
   }
-  for (int32_t x = 0; x < 2; ++x) {
-    candidate[x] = 0;
-    candidate[width - 1 - x] = 0;
+}
+
+// The neighbours of pixels in a row of words: n[0] the eastern ones, then on by 45 degrees towards +y.
+template <typename Bits>
+struct Neighbours {
+  Bits n[8];
+};
+
+// The pixels that are simple, no ends, and on one of the borders.  Simple, with 8-connected edges on a 4-connected
+// background: the background runs past the four sides exactly once (Hilditch's crossing number).
+template <typename Bits>
+static inline Bits deletable_pixels(Bits pixels, const Neighbours<Bits>& around, Borders borders) {
+  const Bits* n = around.n;
+  Bits one_run = {}, more_runs = {}, one_edge = {}, more_edges = {};
+  for (int k = 0; k < 8; k += 2) {
+    const Bits run = ~n[k] & (n[k + 1] | n[(k + 2) & 7]);
+    more_runs |= one_run & run;
+    one_run |= run;
   }
+  for (int k = 0; k < 8; ++k) {
+    more_edges |= one_edge & n[k];
+    one_edge |= n[k];
+  }
+  const Bits inner = borders == Borders::kNorthWest ? n[6] & n[4] : n[2] & n[0];
+  return pixels & one_run & ~more_runs & more_edges & ~inner;
+}
+
+[[maybe_unused]] static bool deletable_row(const uint32_t* above, const uint32_t* centre, const uint32_t* below,
+                                           int32_t words, Borders borders, uint32_t* deletable) {
+  uint32_t any = 0;
+  for (int32_t k = 0; k < words; ++k) {
+    deletable[k] = 0;
+    if (centre[k] == 0) continue;
+    const auto west = [&](const uint32_t* p) { return p[k] << 1 | (k > 0 ? p[k - 1] >> 31 : 0); };
+    const auto east = [&](const uint32_t* p) { return p[k] >> 1 | (k + 1 < words ? p[k + 1] << 31 : 0); };
+    deletable[k] = deletable_pixels<uint32_t>(
+        centre[k],
+        {{east(centre), east(below), below[k], west(below), west(centre), west(above), above[k], east(above)}},
+        borders);
+    any |= deletable[k];
+  }
+  return any != 0;
 }

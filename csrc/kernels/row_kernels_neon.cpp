@@ -3,12 +3,72 @@
 
 #if RVDNAV_BUILD_NEON
 
+#include <arm_neon.h>
+
 namespace rvdnav {
 namespace neon {
+namespace plain {
 #include "kernels/row_kernels.inl"
+}  // namespace plain
+
+using Bytes = uint8_t __attribute__((vector_size(16)));
+using Shorts = int16_t __attribute__((vector_size(16)));
+using UShorts = uint16_t __attribute__((vector_size(16)));
+using Words = uint32_t __attribute__((vector_size(16)));
+using Mask = uint16_t;
+
+constexpr Words kLane = {0, 1, 2, 3};
+
+// The first and the last eight.
+struct Pair {
+  Shorts lo, hi;
+};
+
+static inline uint8x16_t raw(Bytes v) { return reinterpret_cast<uint8x16_t>(v); }
+static inline uint16x8_t raw(UShorts v) { return reinterpret_cast<uint16x8_t>(v); }
+static inline uint16x8_t raw(Shorts v) { return reinterpret_cast<uint16x8_t>(v); }
+static inline Shorts shorts(uint16x8_t v) { return reinterpret_cast<Shorts>(v); }
+
+static inline Pair widen(Bytes a) { return {shorts(vmovl_u8(vget_low_u8(raw(a)))), shorts(vmovl_high_u8(raw(a)))}; }
+static inline Pair difference(Bytes a, Bytes b) {
+  return {shorts(vsubl_u8(vget_low_u8(raw(a)), vget_low_u8(raw(b)))), shorts(vsubl_high_u8(raw(a), raw(b)))};
+}
+static inline Pair total(Bytes a, Bytes b) {
+  return {shorts(vaddl_u8(vget_low_u8(raw(a)), vget_low_u8(raw(b)))), shorts(vaddl_high_u8(raw(a), raw(b)))};
+}
+
+static inline Bytes narrow(Pair v) {
+  return reinterpret_cast<Bytes>(vuzp1q_u8(vreinterpretq_u8_u16(raw(v.lo)), vreinterpretq_u8_u16(raw(v.hi))));
+}
+
+static inline void store_pair(int16_t* p, Pair v) {
+  vst1q_s16(p, vreinterpretq_s16_u16(raw(v.lo)));
+  vst1q_s16(p + 8, vreinterpretq_s16_u16(raw(v.hi)));
+}
+
+static inline Shorts widen_at(const uint8_t* p) { return shorts(vmovl_u8(vld1_u8(p))); }
+
+static inline Shorts high_product(UShorts a, uint16_t b) {
+  const uint32x4_t lo = vmull_n_u16(vget_low_u16(raw(a)), b), hi = vmull_high_n_u16(raw(a), b);
+  return shorts(vuzp2q_u16(vreinterpretq_u16_u32(lo), vreinterpretq_u16_u32(hi)));
+}
+
+template <typename Vector>
+static inline bool any(Vector v) {
+  return vmaxvq_u32(reinterpret_cast<uint32x4_t>(v)) != 0;
+}
+
+static inline Mask mask_bits(Shorts lo, Shorts hi) {
+  const uint8x16_t weight = {1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128};
+  const uint8x16_t bits = vandq_u8(raw(narrow({lo, hi})), weight);
+  return static_cast<Mask>(vaddv_u8(vget_low_u8(bits)) | vaddv_u8(vget_high_u8(bits)) << 8);
+}
+
+#include "kernels/lane_kernels.inl"
 }  // namespace neon
 
-const Kernels kNeonKernels = {RVDNAV_ISA_NEON, neon::smooth_row, neon::gradient_row, neon::ridge_row};
+const Kernels kNeonKernels = {RVDNAV_ISA_NEON, neon::plain::smooth_row, neon::gradient_row, neon::ridge_row,
+                              neon::deletable_row};
 
 }  // namespace rvdnav
 #endif

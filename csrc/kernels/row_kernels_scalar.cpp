@@ -6,6 +6,7 @@ namespace scalar {
 #include "kernels/row_kernels.inl"
 }  // namespace scalar
 
-const Kernels kScalarKernels = {RVDNAV_ISA_SCALAR, scalar::smooth_row, scalar::gradient_row, scalar::ridge_row};
+const Kernels kScalarKernels = {RVDNAV_ISA_SCALAR, scalar::smooth_row, scalar::gradient_row, scalar::ridge_row,
+                                scalar::deletable_row};
 
 }  // namespace rvdnav

@@ -40,10 +40,10 @@ void check_gradient(Stages& stages, const cv::Mat& image, const Kernels& kernels
   cv::filter2D(smoothed, g135, CV_16S, cv::Matx33f(0, -1, -2, 1, 0, -1, 2, 1, 0));
   cv::Mat expected = cv::abs(gx);
   for (const cv::Mat& other : {gy, g45, g135}) expected = cv::max(expected, cv::Mat(cv::abs(other)));
-  cv::Mat magnitude = cv::Mat::zeros(image.size(), CV_16S), sector = cv::Mat::zeros(image.size(), CV_8U);
+  cv::Mat magnitude = cv::Mat::zeros(image.size(), CV_16S), code = cv::Mat::zeros(image.size(), CV_8U);
   for (int y = 1; y < image.rows - 1; ++y) {
     kernels.gradient_row(smoothed.ptr(y - 1), smoothed.ptr(y), smoothed.ptr(y + 1), image.cols,
-                         magnitude.ptr<int16_t>(y), sector.ptr(y));
+                         make_threshold_curve(1, 0, 255), magnitude.ptr<int16_t>(y), code.ptr(y));
   }
   const cv::Rect inner(1, 1, image.cols - 2, image.rows - 2);
   const double off = cv::norm(expected(inner), magnitude(inner), cv::NORM_INF);

@@ -47,9 +47,11 @@ class Stages {
         kernels_(kernels),
         nodes_(map_length(rig.width, rig.height)),
         smooth_row_(size(rig.width) + 2),
-        magnitude_(3 * size(rig.width)),
-        sector_(3 * size(rig.width)),
-        candidate_(size(rig.width)),
+        magnitude_(3 * edge_scratch_row(size(rig.width))),
+        code_(magnitude_.size()),
+        deletable_(size(edge_row_words(rig.width))),
+        empty_(deletable_.size()),
+        stale_(size(rig.height)),
         kept_(size(edge_row_words(rig.width)) * size(rig.height)),
         smoothed(size(rig.width) * size(rig.height)),
         direction(smoothed.size()),
@@ -67,15 +69,15 @@ class Stages {
     smooth({image, width_, height_, width_}, kernels_, smooth_row_.data(), smoothed.data());
   }
   void run_edges() {
-    EdgeScratch scratch{magnitude_.data(), sector_.data(), candidate_.data()};
-    detect_edges(smoothed.data(), width_, height_, make_threshold_curve(6, 26, 160), kernels_, scratch, bits.data(),
-                 direction.data());
+    detect_edges(smoothed.data(), width_, height_, make_threshold_curve(6, 26, 160), kernels_,
+                 {magnitude_.data(), code_.data()}, bits.data());
   }
   void run_thin() {
     filter_edges(bits.data(), width_, height_, 6, kept_.data());
-    thin(bits.data(), width_, height_);
+    thin(bits.data(), width_, height_, kernels_, {deletable_.data(), empty_.data(), stale_.data()});
   }
   void run_rectify() {
+    edge_directions(smoothed.data(), width_, height_, bits.data(), direction.data());
     edgels.resize(65536);
     uint32_t total = 0;
     edgels.resize(rectify_edges(bits.data(), direction.data(), width_, height_, map_, edgels.data(), 65536, &total));
@@ -100,7 +102,9 @@ class Stages {
   std::vector<int16_t> nodes_;
   std::vector<uint16_t> smooth_row_;
   std::vector<int16_t> magnitude_;
-  std::vector<uint8_t> sector_, candidate_;
+  std::vector<uint8_t> code_;
+  std::vector<uint32_t> deletable_, empty_;
+  std::vector<uint8_t> stale_;
   std::vector<uint32_t> kept_;
 
  public:

@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <vector>
 
+#include "edge.hpp"
 #include "kernels/kernels.hpp"
 #include "plain.hpp"
 #include "rvdnav/rvdnav.h"
@@ -12,19 +14,54 @@ namespace {
 
 // Everything the kernels give for one set of rows.
 struct Rows {
-  std::vector<uint8_t> smoothed, sector, candidate;
+  std::vector<uint8_t> smoothed, code;
   std::vector<int16_t> magnitude;
+  std::vector<uint32_t> ridge, north_west, south_east;
 };
 
-Rows run(const Kernels& kernels, const plain::Grey& image, const std::vector<int16_t>& ridge, int16_t minimum) {
-  const auto w = static_cast<size_t>(image.w);
-  const uint8_t* p = image.pixels.data();
-  Rows rows{std::vector<uint8_t>(w), std::vector<uint8_t>(w, 9), std::vector<uint8_t>(w, 9),
-            std::vector<int16_t>(w, -1)};
+// Three rows of each kind of input.
+struct Input {
+  plain::Grey image;
+  ThresholdCurve threshold;
+  std::vector<int16_t> ridge;    // with margins
+  std::vector<uint8_t> code;     // one row
+  std::vector<uint32_t> pixels;  // packed
+
+  Input(plain::Random& random, int32_t w)
+      : image(plain::random_grey(random, w, 3, 0, w % 3 == 0 ? 1 : 255)),
+        threshold(make_threshold_curve(random.between(0, 30), random.between(0, 255), random.between(0, 255))) {
+    // Extremes as well as everything between; ridges with many equal values.
+    if (w % 3 == 0)
+      for (uint8_t& v : image.pixels) v = static_cast<uint8_t>(v * 255);
+    ridge.resize(3 * edge_scratch_row(static_cast<size_t>(w)));
+    for (int16_t& m : ridge) m = static_cast<int16_t>(random.between(0, w % 2 == 0 ? 1020 : 3));
+    code.resize(edge_scratch_row(static_cast<size_t>(w)));
+    for (size_t x = 1; x + 1 < static_cast<size_t>(w); ++x) code[x] = static_cast<uint8_t>(random.between(0, 4));
+    pixels = plain::random_bits(random, w, 3, random.between(5, 95)).words;
+  }
+};
+
+Rows run(const Kernels& kernels, const Input& in) {
+  const auto w = static_cast<size_t>(in.image.w), words = in.pixels.size() / 3;
+  const uint8_t* p = in.image.pixels.data();
+  Rows rows;
+  rows.smoothed.resize(w);
+  rows.code.resize(w, 9);
+  rows.magnitude.resize(w, -1);
+  for (auto* bits : {&rows.ridge, &rows.north_west, &rows.south_east}) bits->resize(words, 9);
   std::vector<uint16_t> scratch(w + 2);
-  kernels.smooth_row(p, p + w, p + 2 * w, image.w, scratch.data(), rows.smoothed.data());
-  kernels.gradient_row(p, p + w, p + 2 * w, image.w, rows.magnitude.data(), rows.sector.data());
-  kernels.ridge_row(&ridge[0], &ridge[w], &ridge[2 * w], rows.sector.data(), image.w, minimum, rows.candidate.data());
+  kernels.smooth_row(p, p + w, p + 2 * w, in.image.w, scratch.data(), rows.smoothed.data());
+  kernels.gradient_row(p, p + w, p + 2 * w, in.image.w, in.threshold, rows.magnitude.data(), rows.code.data());
+  const int16_t* ridge = in.ridge.data() + kRowMargin;
+  const size_t stride = in.ridge.size() / 3;
+  kernels.ridge_row(ridge, ridge + stride, ridge + 2 * stride, in.code.data(), in.image.w, rows.ridge.data());
+  const uint32_t* q = in.pixels.data();
+  for (const Borders borders : {Borders::kNorthWest, Borders::kSouthEast}) {
+    std::vector<uint32_t>& found = borders == Borders::kNorthWest ? rows.north_west : rows.south_east;
+    const bool any =
+        kernels.deletable_row(q, q + words, q + 2 * words, static_cast<int32_t>(words), borders, found.data());
+    CHECK(any == (std::count(found.begin(), found.end(), 0u) != static_cast<ptrdiff_t>(words)));
+  }
   return rows;
 }
 
@@ -38,20 +75,15 @@ TEST_CASE("every instruction set that this build and machine have gives the bits
     const Kernels* kernels = select_kernels(isa);
     if (kernels == nullptr) continue;
     CHECK(kernels->isa == isa);
-    for (int32_t w = 5; w < 200; ++w) {
-      // Extremes as well as everything between; ridges with many equal values.
-      const plain::Grey image = w % 2 != 0 ? plain::random_grey(random, w, 3) : plain::random_grey(random, w, 3, 0, 1);
-      plain::Grey wide = image;
-      if (w % 2 == 0)
-        for (uint8_t& v : wide.pixels) v = static_cast<uint8_t>(v * 255);
-      std::vector<int16_t> ridge(static_cast<size_t>(3 * w));
-      for (int16_t& m : ridge) m = static_cast<int16_t>(random.between(0, w % 3 == 0 ? 1020 : 3));
-      const int16_t minimum = static_cast<int16_t>(random.between(1, 3));
-      const Rows a = run(*scalar, wide, ridge, minimum), b = run(*kernels, wide, ridge, minimum);
+    for (int32_t w = 5; w < 700; w += w < 200 ? 1 : 13) {
+      const Input input(random, w);
+      const Rows a = run(*scalar, input), b = run(*kernels, input);
       REQUIRE(a.smoothed == b.smoothed);
       REQUIRE(a.magnitude == b.magnitude);
-      REQUIRE(a.sector == b.sector);
-      REQUIRE(a.candidate == b.candidate);
+      REQUIRE(a.code == b.code);
+      REQUIRE(a.ridge == b.ridge);
+      REQUIRE(a.north_west == b.north_west);
+      REQUIRE(a.south_east == b.south_east);
     }
   }
 }

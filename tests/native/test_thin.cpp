@@ -3,6 +3,7 @@
 #include <set>
 
 #include "plain.hpp"
+#include "rvdnav/rvdnav.h"
 #include "thin.hpp"
 
 using namespace rvdnav;
@@ -16,7 +17,10 @@ plain::BitImage filtered(plain::BitImage bits, int32_t min_run) {
 }
 
 plain::BitImage thinned(plain::BitImage bits) {
-  thin(bits.words.data(), bits.w, bits.h);
+  std::vector<uint32_t> deletable(static_cast<size_t>(edge_row_words(bits.w))), empty(deletable.size(), 0xa5a5a5a5u);
+  std::vector<uint8_t> stale(static_cast<size_t>(bits.h));
+  thin(bits.words.data(), bits.w, bits.h, *select_kernels(RVDNAV_ISA_AUTO),
+       {deletable.data(), empty.data(), stale.data()});
   return bits;
 }
 
