@@ -15,6 +15,7 @@ constexpr int32_t kEdgePixels = 16;
 // 2/25, and of Q10 to Q9 the two.
 constexpr int64_t kAgreement = 3;
 constexpr int64_t kDisplacedDown = 25;
+constexpr int32_t kRowStep = 8;  // grey levels from one row to the next that noise seldom makes
 constexpr int32_t kMostMoved = 1 << 27;  // of a row, Q9: squared and summed over a tile, it stays within 64 bits
 
 // Of one pair of rows of a tile: the difference between odd row and even ones times the slope, Q9, the squared slopes,
@@ -79,10 +80,20 @@ void count_tile(const GreyView& image, int32_t first_pair, int32_t x, rvdnav_fie
   if (agreed && kDisplacedDown * size > weight) ++fields->combed;
 }
 
-uint32_t difference(const uint8_t* a, const uint8_t* b, int32_t width) {
-  uint32_t sum = 0;
-  for (int32_t x = 0; x < width; ++x) sum += static_cast<uint32_t>(magnitude(a[x] - b[x]));
-  return sum;
+struct RowChange {
+  uint32_t within, across;  // summed differences of a pair's rows, and of its second row and the next pair's first
+};
+
+// Where the next pair begins otherwise than this one ends by more than noise alone would have it.
+RowChange row_change(const uint8_t* first, const uint8_t* second, const uint8_t* next, int32_t width) {
+  RowChange change = {0, 0};
+  for (int32_t x = 0; x < width; ++x) {
+    const int32_t across = magnitude(second[x] - next[x]);
+    const int32_t seen = across >= kRowStep ? -1 : 0;
+    change.across += static_cast<uint32_t>(across & seen);
+    change.within += static_cast<uint32_t>(magnitude(first[x] - second[x]) & seen);
+  }
+  return change;
 }
 
 }  // namespace
@@ -93,12 +104,11 @@ void find_fields(const GreyView& image, rvdnav_fields* fields) {
     for (int32_t x = 0; x + kTileColumns <= image.width; x += kTileColumns) count_tile(image, pair, x, fields);
   }
   for (int32_t y = 0; y + 3 < image.height; y += 2) {
-    const uint32_t within = difference(image.row(y), image.row(y + 1), image.width);
-    const uint32_t across = difference(image.row(y + 1), image.row(y + 2), image.width);
+    const RowChange change = row_change(image.row(y), image.row(y + 1), image.row(y + 2), image.width);
     ++fields->row_pairs;
-    if (across == 0) continue;
+    if (change.across == 0) continue;
     ++fields->changed_pairs;
-    if (4 * within < across) ++fields->equal_pairs;
+    if (4 * change.within < change.across) ++fields->equal_pairs;
   }
 }
 

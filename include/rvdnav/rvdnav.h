@@ -181,8 +181,8 @@ typedef struct rvdnav_fields {
   uint32_t tiles;         /* of 32 columns and 32 rows, that show edges */
   uint32_t combed;        /* of them: the odd rows lie displaced along the rows against the even ones, all alike */
   uint32_t row_pairs;     /* an even row with the next one; the last pair left out */
-  uint32_t changed_pairs; /* of them: the next pair begins otherwise than this one ends */
-  uint32_t equal_pairs;   /* of those: within the pair there is less than a quarter of that change */
+  uint32_t changed_pairs; /* of them: the next pair begins otherwise than this one ends, somewhere by 8 or more */
+  uint32_t equal_pairs;   /* of those: there the pair's own rows differ by less than a quarter of that */
 } rvdnav_fields;
 
 /* A thinned edge pixel in rectified coordinates. */

@@ -24,8 +24,9 @@ def reference_signs(image):
                 tiles += 1
                 agreed = rows.sum() ** 2 > 9.0 * np.sum(rows**2)
                 combed += bool(agreed and abs(rows.sum()) > 0.08 * np.sum(slope[part] ** 2))
-    change = np.abs(np.diff(grey, axis=0)).sum(axis=1)
-    within, across = change[:-1:2], change[1::2]
+    change = np.abs(np.diff(grey, axis=0))
+    seen = change[1::2] >= 8.0
+    within, across = ((part * seen).sum(axis=1) for part in (change[:-1:2], change[1::2]))
     return FieldSigns(
         tiles,
         combed,

@@ -50,9 +50,23 @@ def test_a_field_that_moved_is_noticed_and_no_other_image(drawn):
 
 def test_doubled_rows_are_noticed(drawn):
     image = drawn[0][0]
-    assert doubled(field_signs(np.repeat(image[::2], 2, axis=0)))
+    twice = np.repeat(image[::2], 2, axis=0)
+    noise = np.random.default_rng(4).integers(0, 4, image.shape, np.uint8)
+    assert doubled(field_signs(twice))
+    assert doubled(field_signs(np.minimum(twice, 252) + noise))
     assert not doubled(field_signs(np.repeat(image[:, ::2], 2, axis=1)))
     assert not doubled(field_signs(np.full_like(image, 30)))
+
+
+@pytest.mark.parametrize("camera", [0, 1])
+def test_of_two_images_only_the_doubled_one_is_taken_for_a_field(drawn, camera):
+    images = list(drawn[0])
+    images[camera] = np.repeat(images[camera][::2], 2, axis=0)
+    fields, _ = noticed_fields(tuple(images), 0.0)
+    assert fields.noticed
+    assert fields.second is None
+    assert np.array_equal(fields.first[camera], field(images[camera], 0))
+    assert np.array_equal(fields.first[1 - camera], images[1 - camera])
 
 
 @pytest.mark.parametrize("first_row", [0, 1])

@@ -17,7 +17,8 @@ class FieldSigns:
 
     tiles: of 32 columns and 32 rows, with edges.  combed: of them, with odd rows displaced against the even ones, all
     alike.  row_pairs: an even row with the next one, but for the last pair.  changed_pairs: of them, those that the
-    next pair differs from.  equal_pairs: of those, within which there is less than a quarter of that difference.
+    next pair differs from, somewhere by 8 or more.  equal_pairs: of those, within which there is less than a quarter of
+    that difference there.
     """
 
     tiles: int

@@ -48,11 +48,12 @@ def declared_fields(images: Images, scan: str) -> Fields:
 def noticed_fields(images: Images, odds: float) -> tuple[Fields, float]:
     """Of images that nobody said to be interlaced, with the logarithm of the odds for it from earlier frames; that
     with these images.  One of them must be there."""
-    present = [image for image in images if image is not None]
-    signs = [field_signs(image) for image in present]
-    if all(map(doubled, signs)):
-        return Fields(_fields(images, 0), noticed=True), odds
-    odds += float(np.mean(list(map(comb_odds, signs))))
+    signs = [None if image is None else field_signs(image) for image in images]
+    is_doubled = [sign is not None and doubled(sign) for sign in signs]
+    if any(is_doubled):
+        single = tuple(field(i, 0) if i is not None and d else i for i, d in zip(images, is_doubled, strict=True))
+        return Fields(single, noticed=True), odds
+    odds += float(np.mean([comb_odds(sign) for sign in signs if sign is not None]))
     odds = float(np.clip(odds, -_LARGEST_MEMORY, _LARGEST_MEMORY))
     if odds < _INTERLACED:
         return Fields(images), odds
