@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-
-#include "math/elementary.hpp"
+#include "math/normal.hpp"
 
 namespace rvdnav {
 namespace {
@@ -18,11 +15,15 @@ constexpr double kSlopeBlurs = 3.0;   // the same in standard deviations of the 
 constexpr double kFaceMargin = 1.7;   // pixels of a face that the blur of its other side reaches
 constexpr double kFaceBlurs = 2.4;    // the same in standard deviations of the blur
 constexpr double kOtherSpread = 1.0;  // of the other edge's contrast around the opposite of the step's, as a part of it
-constexpr int32_t kIterations = 6;
-constexpr double kMinContrast = 4.0;   // grey levels
-constexpr double kMinSignal = 4.0;     // contrast over the residual's standard deviation
-constexpr double kTypicalNoise = 2.0;  // grey levels, of one value
-constexpr double kMinNoise = 0.7;      // grey levels: quantisation and read noise
+constexpr int32_t kIterations = 5;
+constexpr double kSettled = 1e-3;  // pixels, of the last change of the step's place
+constexpr double kLeastValues = 6.0;
+constexpr double kLeastPivot = 1e-9;
+constexpr int32_t kWithSlopes = 6, kWithBar = 5;  // parameters of the step between slopes, and with a bar's other edge
+constexpr double kMinContrast = 4.0;              // grey levels
+constexpr double kMinSignal = 4.0;                // contrast over the residual's standard deviation
+constexpr double kTypicalNoise = 2.0;             // grey levels, of one value
+constexpr double kMinNoise = 0.7;                 // grey levels: quantisation and read noise
 constexpr double kCorrelation = 1.4;   // of neighbouring values, in the standard deviation of the step's place
 constexpr double kSigmaSpread = 0.3;   // of the blur from edge to edge, as a fraction
 constexpr double kKnownSpread = 0.15;  // the same around a blur that was measured in the image
@@ -30,106 +31,186 @@ constexpr double kKnownSpread = 0.15;  // the same around a blur that was measur
 constexpr double kFaceSlope = 0.015;
 constexpr double kBackSlope = 0.07;
 
-// Parameters: base, contrast, t0, blur, and with slopes fall (towards -t) and rise (towards +t), or with a bar's other
-// edge its contrast.
+// Sums of a least-squares problem in so many parameters: the normal equations' matrix, of which the lower triangle
+// counts, its right side, the squares of what is fitted, and how much there is of it.
 template <int kParameters>
-bool fit(const Profile& profile, double expected_blur, double half_width, const Surroundings& around, const Step& start,
-         Step* step) {
-  constexpr bool kSloped = kParameters == 6;
-  constexpr bool kBar = kParameters == 5;
-  constexpr double kInvSqrt2 = 0.70710678118654752;
-  constexpr double kInvSqrt2Pi = 0.39894228040143268;
+struct Sums {
+  double N[kParameters][kParameters] = {};
+  double b[kParameters] = {};
+  double square = 0.0;
+  double count = 0.0;
+
+  void add(const double* J, double value) {
+    for (int32_t r = 0; r < kParameters; ++r) {
+      for (int32_t c = 0; c <= r; ++c) N[r][c] += J[r] * J[c];
+      b[r] += J[r] * value;
+    }
+    square += value * value;
+    count += 1.0;
+  }
+
+  // As if parameter k had been measured too.
+  void add_prior(int32_t k, double expected, double weight) {
+    N[k][k] += weight;
+    b[k] += weight * expected;
+  }
+};
+
+// L D L^T of a symmetric matrix; false where it is not safely positive.
+template <int kParameters>
+struct Factors {
+  double L[kParameters][kParameters];
+  double D[kParameters];
+
+  bool of(const double (&N)[kParameters][kParameters]) {
+    for (int32_t c = 0; c < kParameters; ++c) {
+      D[c] = N[c][c];
+      for (int32_t k = 0; k < c; ++k) D[c] -= L[c][k] * L[c][k] * D[k];
+      if (!(D[c] > kLeastPivot)) return false;
+      const double inverse = 1.0 / D[c];
+      for (int32_t r = c + 1; r < kParameters; ++r) {
+        double value = N[r][c];
+        for (int32_t k = 0; k < c; ++k) value -= L[r][k] * L[c][k] * D[k];
+        L[r][c] = value * inverse;
+      }
+    }
+    return true;
+  }
+
+  void solve(const double* b, double* x) const {
+    for (int32_t r = 0; r < kParameters; ++r) {
+      x[r] = b[r];
+      for (int32_t k = 0; k < r; ++k) x[r] -= L[r][k] * x[k];
+    }
+    for (int32_t r = kParameters - 1; r >= 0; --r) {
+      x[r] /= D[r];
+      for (int32_t k = r + 1; k < kParameters; ++k) x[r] -= L[k][r] * x[k];
+    }
+  }
+};
+
+// The values of a profile that a step at t0 is fitted to.
+struct Range {
+  int32_t begin, end;
+};
+
+Range seen_around(const Profile& profile, double t0, const Surroundings& around) {
+  Range range = {0, profile.count};
+  while (range.begin < range.end && profile.t[range.begin] - t0 < -around.reach[0]) ++range.begin;
+  while (range.begin < range.end && profile.t[range.end - 1] - t0 > around.reach[1]) --range.end;
+  return range;
+}
+
+// The contrast of a step whose place and blur are given.
+bool fit_contrast(const Profile& profile, double t0, double blur, const Surroundings& around, double* contrast) {
+  Sums<2> sums;
+  const Range range = seen_around(profile, t0, around);
+  for (int32_t i = range.begin; i < range.end; ++i) {
+    const double J[2] = {1.0, math::normal((profile.t[i] - t0) / blur).integral};
+    sums.add(J, profile.grey[i]);
+  }
+  Factors<2> factors;
+  if (sums.count < kLeastValues || !factors.of(sums.N)) return false;
+  double solution[2];
+  factors.solve(sums.b, solution);
+  *contrast = solution[1];
+  return true;
+}
+
+// What a step and its surroundings are taken to be while they are fitted: fall and rise of the grey beside it, or the
+// contrast of a bar's other edge.
+struct Estimate {
+  double t0, blur, contrast;
+  double fall, rise, other;
+};
+
+// Parameters: base, contrast, t0, blur, and with slopes fall (towards -t) and rise (towards +t), or with a bar's other
+// edge its contrast.  base, contrast and the slopes are linear; they are solved for, and the changes of t0 and blur.
+template <int kParameters>
+Sums<kParameters> linearised(const Profile& profile, const Surroundings& around, const Estimate& e) {
+  Sums<kParameters> sums;
+  const double sharpness = 1.0 / e.blur;
+  const Range range = seen_around(profile, e.t0, around);
+  for (int32_t i = range.begin; i < range.end; ++i) {
+    const double x = profile.t[i] - e.t0;
+    const double z = x * sharpness;
+    const math::Normal step = math::normal(z);
+    const double slope = e.contrast * step.density * sharpness;
+    double J[kParameters];
+    J[0] = 1.0;
+    J[1] = step.integral;
+    J[2] = -slope;
+    J[3] = -slope * z;
+    if constexpr (kParameters == kWithBar) {
+      const double z2 = (x - around.other) * sharpness;
+      const math::Normal far = math::normal(z2);
+      const double slope2 = e.other * far.density * sharpness;
+      J[2] -= slope2;
+      J[3] -= slope2 * z2;
+      J[4] = far.integral;
+    }
+    if constexpr (kParameters == kWithSlopes) {
+      const double ramp = x * step.integral + e.blur * step.density;
+      J[2] -= e.rise * step.integral + e.fall * (step.integral - 1.0);
+      J[3] += (e.rise + e.fall) * step.density;
+      J[4] = ramp - x;
+      J[5] = ramp;
+    }
+    sums.add(J, profile.grey[i]);
+  }
+  return sums;
+}
+
+// The blur is held near the expected one, an unknown spread of it being worth as much as elsewhere; slopes near zero,
+// and a bar's other edge, which steps back, more or less near the opposite of its first.
+template <int kParameters>
+void add_priors(const Surroundings& around, double expected_blur, const Estimate& e, Sums<kParameters>* sums) {
   constexpr double kNoise2 = kTypicalNoise * kTypicalNoise;
-  using Vector = Eigen::Matrix<double, kParameters, 1>;
-  using Matrix = Eigen::Matrix<double, kParameters, kParameters>;
   const double spread = around.blur_spread * expected_blur;
-  double t0 = start.t0;
-  double blur = start.blur;
-  double contrast = start.contrast;
-  double fall = 0.0;
-  double rise = 0.0;
-  double other = -contrast;
-  for (int32_t iteration = contrast == 0.0 ? 0 : 1; iteration < kIterations; ++iteration) {
-    // base, contrast and the slopes are linear: solve for them and the changes of t0 and blur at once.
-    Matrix N = Matrix::Zero();
-    Vector b = Vector::Zero();
-    double square = 0.0;
-    double n = 0.0;
-    for (int32_t i = 0; i < profile.count; ++i) {
-      const double x = profile.t[i] - t0;
-      if (x < -around.reach[0] || x > around.reach[1]) continue;
-      const double z = x / blur;
-      const double phi = 0.5 * math::erfc(-z * kInvSqrt2);
-      const double density = kInvSqrt2Pi * math::exp(-0.5 * z * z);
-      const double slope = contrast * density / blur;
-      Vector J;
-      J(0) = 1.0;
-      J(1) = phi;
-      J(2) = -slope;
-      J(3) = -slope * z;
-      if constexpr (kBar) {
-        const double z2 = (x - around.other) / blur;
-        const double slope2 = other * kInvSqrt2Pi * math::exp(-0.5 * z2 * z2) / blur;
-        J(2) -= slope2;
-        J(3) -= slope2 * z2;
-        J(4) = 0.5 * math::erfc(-z2 * kInvSqrt2);
-      }
-      if constexpr (kSloped) {
-        const double ramp = x * phi + blur * density;
-        J(2) -= rise * phi + fall * (phi - 1.0);
-        J(3) += (rise + fall) * density;
-        J(4) = ramp - x;
-        J(5) = ramp;
-      }
-      N.noalias() += J * J.transpose();
-      b += J * profile.grey[i];
-      square += profile.grey[i] * profile.grey[i];
-      n += 1.0;
+  sums->add_prior(3, expected_blur - e.blur, kNoise2 / (spread * spread));
+  const double contrast = std::max(std::abs(e.contrast), kMinContrast);
+  for (int32_t k = 4; k < kParameters; ++k) {
+    const bool bar = kParameters == kWithBar;
+    const double allowed = (bar ? kOtherSpread : around.slope[k - 4]) * contrast;
+    sums->add_prior(k, bar ? -e.contrast : 0.0, kNoise2 / (allowed * allowed));
+  }
+}
+
+// Gauss-Newton from an estimate whose contrast is known.
+template <int kParameters>
+bool fit(const Profile& profile, double expected_blur, double half_width, const Surroundings& around, Estimate e,
+         Step* step) {
+  for (int32_t iteration = 1; iteration <= kIterations; ++iteration) {
+    Sums<kParameters> sums = linearised<kParameters>(profile, around, e);
+    if (sums.count < kLeastValues) return false;
+    add_priors(around, expected_blur, e, &sums);
+    Factors<kParameters> factors;
+    if (!factors.of(sums.N)) return false;
+    double solution[kParameters];
+    factors.solve(sums.b, solution);
+    e.contrast = solution[1];
+    if constexpr (kParameters == kWithSlopes) {
+      e.fall = solution[4];
+      e.rise = solution[5];
     }
-    if (n < 6.0) return false;
-    if (iteration == 0) {
-      // The contrast is not known yet: only base and contrast are solved for.
-      N.template bottomRows<kParameters - 2>().setZero();
-      N.template rightCols<kParameters - 2>().setZero();
-      N.diagonal().template tail<kParameters - 2>().setOnes();
-      b.template tail<kParameters - 2>().setZero();
-    } else if constexpr (kBar) {
-      // An unknown spread of the blur is worth as much as elsewhere; the other edge steps back, more or less.
-      N(3, 3) += kNoise2 / (spread * spread);
-      b(3) += kNoise2 / (spread * spread) * (expected_blur - blur);
-      const double allowed = kOtherSpread * std::max(std::abs(contrast), kMinContrast);
-      N(4, 4) += kNoise2 / (allowed * allowed);
-      b(4) += -contrast * kNoise2 / (allowed * allowed);
-    } else {
-      N(3, 3) += kNoise2 / (spread * spread);
-      b(3) += kNoise2 / (spread * spread) * (expected_blur - blur);
-      for (int32_t k = 4; k < kParameters; ++k) {
-        const double allowed = around.slope[k - 4] * std::max(std::abs(contrast), kMinContrast);
-        N(k, k) += kNoise2 / (allowed * allowed);
-      }
-    }
-    const Eigen::LDLT<Matrix> factors(N);
-    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-9)) return false;
-    const Vector solution = factors.solve(b);
-    contrast = solution(1);
-    if (iteration == 0) continue;
-    if constexpr (kSloped) {
-      fall = solution(4);
-      rise = solution(5);
-    }
-    if constexpr (kBar) other = solution(4);
-    const double shift = std::clamp(solution(2), -blur, blur);
-    t0 += shift;
-    blur = std::clamp(blur + solution(3), 0.6 * expected_blur, 2.0 * expected_blur);
-    if (std::abs(t0) > half_width - 1.0) return false;
-    if (std::abs(shift) > 1e-3 && iteration + 1 < kIterations) continue;
-    const double residual = std::max(square - solution.dot(b), 0.0) / std::max(n - 4.0, 1.0);
+    if constexpr (kParameters == kWithBar) e.other = solution[4];
+    const double shift = std::clamp(solution[2], -e.blur, e.blur);
+    e.t0 += shift;
+    e.blur = std::clamp(e.blur + solution[3], 0.6 * expected_blur, 2.0 * expected_blur);
+    if (std::abs(e.t0) > half_width - 1.0) return false;
+    if (std::abs(shift) > kSettled && iteration < kIterations) continue;
+    double explained = 0.0;
+    for (int32_t k = 0; k < kParameters; ++k) explained += solution[k] * sums.b[k];
+    const double residual = std::max(sums.square - explained, 0.0) / std::max(sums.count - 4.0, 1.0);
     // Half of the profile's values are interpolated between the same pixels, hence the factor of two.
     const double noise = std::sqrt(2.0 * residual + kMinNoise * kMinNoise);
-    const double variance = factors.solve(Vector::Unit(2))(2);
-    const double slope = std::abs(rise) > std::abs(fall) ? rise : fall;
-    *step = {t0, contrast, blur, kCorrelation * noise * std::sqrt(variance), contrast == 0.0 ? 0.0 : slope / contrast};
-    return std::abs(contrast) >= std::max(kMinContrast, kMinSignal * noise) && step->sigma < 1.0;
+    const double of_t0[kParameters] = {0.0, 0.0, 1.0};
+    double covariance[kParameters];
+    factors.solve(of_t0, covariance);
+    const double slope = std::abs(e.rise) > std::abs(e.fall) ? e.rise : e.fall;
+    *step = {e.t0, e.contrast, e.blur, kCorrelation * noise * std::sqrt(covariance[2]),
+             e.contrast == 0.0 ? 0.0 : slope / e.contrast};
+    return std::abs(e.contrast) >= std::max(kMinContrast, kMinSignal * noise) && step->sigma < 1.0;
   }
   return false;
 }
@@ -163,10 +244,12 @@ double reach_of(double face, double blur) {
 // So are the slopes, held near zero; without them a shadow along the edge, or a gap behind it, pulls the step its way.
 bool fit_step(const Profile& profile, double blur, double half_width, const Surroundings& around, const Step& start,
               Step* step) {
-  if (around.other != 0.0) return fit<5>(profile, blur, half_width, around, start, step);
+  Estimate e = {start.t0, start.blur, start.contrast, 0.0, 0.0, -start.contrast};
+  if (e.contrast == 0.0 && !fit_contrast(profile, e.t0, e.blur, around, &e.contrast)) return false;
+  if (around.other != 0.0) return fit<kWithBar>(profile, blur, half_width, around, e, step);
   const bool sloped = around.slope[0] > 0.0 && around.slope[1] > 0.0;
-  return sloped ? fit<6>(profile, blur, half_width, around, start, step)
-                : fit<4>(profile, blur, half_width, around, start, step);
+  return sloped ? fit<kWithSlopes>(profile, blur, half_width, around, e, step)
+                : fit<4>(profile, blur, half_width, around, e, step);
 }
 
 }  // namespace rvdnav
