@@ -1,87 +1,221 @@
-"""How long a frame takes, stage by stage, beside OpenCV's Canny and Hough transform on the same images."""
+"""How long a frame takes, beside what OpenCV takes for usual things on the same image in the same run.
+
+Machines differ and are seldom idle, so everything is timed by turns, frame by frame, and told as the median of its
+ratios to `cv2.Canny(image, 50, 150)` of the same frame's left image on one thread.
+"""
 
 from __future__ import annotations
 
+import os
+import platform
 import time
-from collections.abc import Callable
-from itertools import islice, pairwise
-from typing import TypeVar
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import cycle, islice, pairwise
+from pathlib import Path
+from typing import Any
 
 import attrs
 import cv2
 import numpy as np
 
+from rvdnav import __version__
+from rvdnav.core import Core
 from rvdnav.errors import InputError
+from rvdnav.images import PixelArray
 from rvdnav.navigator import Navigator
+from rvdnav.pose.arrays import FloatArray
+from rvdnav.rig import Rig
 from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 from rvdnav.summary import stage_medians
 
-T = TypeVar("T")
-
-MAX_FRAMES = 48
+FRAMES = 200
+ACQUISITION, TRACKING, TRACKING_ONE_CORE = "acquisition", "tracking", "tracking, 1 core"
+CANNY = "Canny(50, 150)"
+_STEP_NS = 125_000_000
 _HOUGH_VOTES = 60
 
 
-@attrs.frozen
-class Timing:
-    """Median wall times in seconds over the frames of one kind."""
-
-    frames: int
-    stages: dict[str, float]
-    frame: float
-    """Of the whole process call."""
+def _seconds(values: Any) -> FloatArray:
+    return np.asarray(values, np.float64)
 
 
-@attrs.frozen
+@attrs.frozen(eq=False)
+class Times:
+    """Wall times of one thing, and of Canny at the same turns; arrays of one length, seconds."""
+
+    seconds: FloatArray = attrs.field(converter=_seconds)
+    canny: FloatArray = attrs.field(converter=_seconds)
+
+    def percentile(self, percent: float) -> float:
+        """Seconds within which so many percent of the turns were done."""
+        return float(np.percentile(self.seconds, percent))
+
+    @property
+    def ratio(self) -> float:
+        """Median of the ratios to Canny."""
+        return float(np.median(self.seconds / self.canny))
+
+
+@attrs.frozen(eq=False)
 class Benchmark:
-    """Acquisition: every frame by a fresh navigator.  Tracking: frames that follow a published one."""
+    """whole: of a frame, by a fresh navigator or following a published frame; without those that never happened.
+    stages: medians of their seconds, by the names of ``whole``.  yardsticks: of one image.  machine: what ran it."""
 
-    acquisition: Timing
-    tracking: Timing | None
-    """None where nothing could be tracked."""
-    canny: float
-    """Median seconds of cv2.Canny(image, 50, 150) over both images of a frame."""
-    hough: float
-    """Median seconds of cv2.HoughLines on those edges, 1 px by 1 degree, over both images of a frame."""
+    whole: dict[str, Times]
+    stages: dict[str, dict[str, float]]
+    yardsticks: dict[str, Times]
+    machine: dict[str, Any]
+
+    def record(self) -> dict[str, Any]:
+        """As plain numbers: seconds at 50, 95 and 99 percent, how many, and the ratio to Canny."""
+        rows = {**self.whole, **self.yardsticks}
+        times = {
+            name: {
+                **{f"p{percent}": times.percentile(percent) for percent in (50, 95, 99)},
+                "ratio": times.ratio,
+                "count": len(times.seconds),
+            }
+            for name, times in rows.items()
+        }
+        return {"machine": self.machine, "times": times, "stages": self.stages}
 
 
-def benchmark(sequence: Sequence) -> Benchmark:
-    """Time the first stereo frames of a sequence.  Raises InputError when it has none."""
-    stereo = (frame for frame in sequence if frame.left is not None and frame.right is not None)
-    frames = list(islice(stereo, MAX_FRAMES))
-    if not frames:
+def benchmark(
+    sequence: Sequence, frames: int = FRAMES, tell: Callable[[str, int, int], None] | None = None
+) -> Benchmark:
+    """Time so many stereo frames of a sequence, shown forth and back.
+
+    Acquisition is timed on the sequence's frames once, tracking on all that follow a published one.
+    tell(what, done, total) is called for each.  Raises InputError when it has no stereo frames.
+    """
+    recorded = [frame for frame in sequence if frame.left is not None and frame.right is not None]
+    if not recorded:
         raise InputError(f"{sequence.path}: holds no stereo frames")
-    fresh = [_timed_process(Navigator(sequence.rig, sequence.target), frame) for frame in frames]
-    navigator = Navigator(sequence.rig, sequence.target)
-    followed = [_timed_process(navigator, frame) for frame in frames]
-    tracked = [now for before, now in pairwise(followed) if before[0].published]
-    opencv = np.median([_time_opencv(frame) for frame in frames], axis=0)
+    with _one_opencv_thread():
+        return _by_turns(sequence, recorded, frames, tell or (lambda *_: None))
+
+
+def _by_turns(
+    sequence: Sequence, recorded: list[Frame], frames: int, tell: Callable[[str, int, int], None]
+) -> Benchmark:
+    one_core = min(os.sched_getaffinity(0))
+    followed = Navigator(sequence.rig, sequence.target)
+    with _on_cores({one_core}):  # its thread stays there
+        confined = Navigator(sequence.rig, sequence.target)
+    yardsticks = _yardsticks(sequence.rig)
+    solutions: dict[str, list[Solution]] = {ACQUISITION: [], TRACKING: [], TRACKING_ONE_CORE: []}
+    seconds: dict[str, list[float]] = {name: [] for name in (*solutions, *yardsticks)}
+    for number, frame in enumerate(islice(_forth_and_back(recorded), frames)):
+        if number < len(recorded):
+            _process(Navigator(sequence.rig, sequence.target), frame, ACQUISITION, solutions, seconds)
+        _process(followed, frame, TRACKING, solutions, seconds)
+        with _on_cores({one_core}):
+            _process(confined, frame, TRACKING_ONE_CORE, solutions, seconds)
+        assert frame.left is not None
+        for name, yardstick in yardsticks.items():
+            seconds[name].append(_timed(yardstick, frame.left.pixels)[1])
+        tell("frames", number + 1, frames)
+    canny = np.array(seconds[CANNY])
+    chosen = {ACQUISITION: np.arange(len(seconds[ACQUISITION]))}
+    for name in (TRACKING, TRACKING_ONE_CORE):
+        after_a_pose = [before.published for before, _ in pairwise(solutions[name])]
+        chosen[name] = 1 + np.flatnonzero(after_a_pose)
     return Benchmark(
-        acquisition=_timing(fresh),
-        tracking=_timing(tracked) if tracked else None,
-        canny=float(opencv[0]),
-        hough=float(opencv[1]),
+        whole={name: Times(_seconds(seconds[name])[k], canny[k]) for name, k in chosen.items() if len(k)},
+        stages={name: stage_medians([solutions[name][i] for i in k]) for name, k in chosen.items() if len(k)},
+        yardsticks={name: Times(seconds[name], canny) for name in yardsticks},
+        machine=machine(sequence.rig),
     )
 
 
-def _timed_process(navigator: Navigator, frame: Frame) -> tuple[Solution, float]:
-    return _timed(lambda: navigator.process(frame))
+def _process(
+    navigator: Navigator,
+    frame: Frame,
+    name: str,
+    solutions: dict[str, list[Solution]],
+    seconds: dict[str, list[float]],
+) -> None:
+    solution, taken = _timed(navigator.process, frame)
+    solutions[name].append(solution)
+    seconds[name].append(taken)
 
 
-def _timed(call: Callable[[], T]) -> tuple[T, float]:
+def _forth_and_back(frames: list[Frame]) -> Iterator[Frame]:
+    """The frames from first to last, back to the first, and so on, at 8 frames a second."""
+    order = cycle([*range(len(frames)), *range(len(frames) - 2, 0, -1)])
+    for number, index in enumerate(order):
+        yield attrs.evolve(frames[index], timestamp_ns=(number + 1) * _STEP_NS)
+
+
+def _timed(call: Callable[[Any], Any], argument: Any) -> tuple[Any, float]:
     start = time.perf_counter()
-    result = call()
+    result = call(argument)
     return result, time.perf_counter() - start
 
 
-def _timing(runs: list[tuple[Solution, float]]) -> Timing:
-    solutions = [solution for solution, _ in runs]
-    return Timing(len(runs), stage_medians(solutions), float(np.median([seconds for _, seconds in runs])))
+def _yardsticks(rig: Rig) -> dict[str, Callable[[PixelArray], Any]]:
+    """What OpenCV does with an image; and eight points' pose, the last step alone of a navigator by markers."""
+    size = (rig.height, rig.width)
+    copy, edges = np.empty(size, np.uint8), np.empty(size, np.uint8)
+    v, u = np.mgrid[0 : rig.height, 0 : rig.width].astype(np.float32) + np.float32(0.5)
+    segments = cv2.createLineSegmentDetector()
+    points = np.array([[x, y, 0.01 * x * y] for x in (-0.1, 0.1) for y in (-0.1, -0.03, 0.03, 0.1)])
+    K = np.array([[rig.focal_rect, 0.0, rig.width / 2.0], [0.0, rig.focal_rect, rig.height / 2.0], [0.0, 0.0, 1.0]])
+    seen, _ = cv2.projectPoints(points, np.array([0.1, -0.2, 0.3]), np.array([0.02, 0.03, 0.8]), K, None)
+
+    def canny(image: PixelArray) -> None:
+        edges[:] = cv2.Canny(image, 50, 150)
+
+    return {
+        CANNY: canny,
+        "memcpy": lambda image: np.copyto(copy, image),
+        "GaussianBlur 3x3": lambda image: cv2.GaussianBlur(image, (3, 3), 0),
+        "remap, bilinear": lambda image: cv2.remap(image, u, v, cv2.INTER_LINEAR),
+        "HoughLines": lambda _: cv2.HoughLines(edges, 1, np.pi / 180, _HOUGH_VOTES),
+        "LineSegmentDetector": lambda image: segments.detect(image),
+        "solvePnP, 8 points": lambda _: cv2.solvePnP(points, seen, K, None),
+    }
 
 
-def _time_opencv(frame: Frame) -> tuple[float, float]:
-    images = [image.pixels for image in (frame.left, frame.right) if image is not None]
-    edges, canny = _timed(lambda: [cv2.Canny(image, 50, 150) for image in images])
-    _, hough = _timed(lambda: [cv2.HoughLines(mask, 1, np.pi / 180, _HOUGH_VOTES) for mask in edges])
-    return canny, hough
+@contextmanager
+def _one_opencv_thread() -> Iterator[None]:
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
+@contextmanager
+def _on_cores(cores: set[int]) -> Iterator[None]:
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, cores)
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def machine(rig: Rig) -> dict[str, Any]:
+    """What tells two records apart: processor, its usable cores, image size, instruction set and versions."""
+    return {
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)),
+        "system": f"{platform.system()} {platform.machine()}",
+        "image": f"{rig.width}x{rig.height}",
+        "isa": Core(rig).isa,
+        "rvdnav": __version__,
+        "opencv": cv2.__version__,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
+
+
+def _processor() -> str:
+    path = Path("/proc/cpuinfo")
+    lines = path.read_text().splitlines() if path.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "unknown"

@@ -14,6 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from rvdnav import __version__
+from rvdnav.benchmark import FRAMES
 from rvdnav.cli.bench import bench
 from rvdnav.cli.budget import assume, budget
 from rvdnav.cli.calibrate import calibrate_folder
@@ -202,9 +203,13 @@ def _bench(
         Path | None,
         typer.Argument(metavar="SEQUENCE", help="Folder of a stereo sequence; examples/approach by default."),
     ] = None,
+    frames: Annotated[int, typer.Option(min=2, metavar="N", help="How many, shown forth and back.")] = FRAMES,
+    json_path: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures and what ran them there.")
+    ] = None,
 ) -> int:
-    """Time every stage and the whole frame, beside OpenCV's Canny and Hough transform on the same images."""
-    return bench(sequence)
+    """Time the whole frame and every stage, by turns with what OpenCV does with the same images."""
+    return bench(sequence, frames, json_path)
 
 
 @calibrate_app.command("images", short_help="Calibrate from pictures of a board; the word may be left out.")

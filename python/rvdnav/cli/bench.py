@@ -1,42 +1,62 @@
-"""``rvdnav bench``: the speed table."""
+"""``rvdnav bench``: the speed table, and its figures as JSON."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from rich.table import Table
 
-from rvdnav.benchmark import Benchmark, Timing, benchmark
+from rvdnav.benchmark import Benchmark, Times, benchmark
 from rvdnav.cli.examples import example
-from rvdnav.cli.terminal import console
+from rvdnav.cli.terminal import console, progress_bars
+from rvdnav.files import write_text_atomically
 from rvdnav.sequence import open_sequence
 
+_LEGEND = (
+    "Above: a frame of two images, on two threads. Below: OpenCV with one image, on one thread, by turns with the "
+    "frames; HoughLines takes Canny's edges. Of Canny: the median of the ratios; other load on the machine raises "
+    "those of what takes long."
+)
 
-def bench(path: Path | None) -> int:
-    """Time the frames of the sequence at ``path``, of the example where it is None.  Raises InputError."""
-    _print_benchmark(benchmark(open_sequence(example("approach") if path is None else path)))
+
+def bench(path: Path | None, frames: int, json_path: Path | None) -> int:
+    """Time frames of the sequence at ``path``, of the example where it is None.  Raises InputError."""
+    sequence = open_sequence(example("approach") if path is None else path)
+    with progress_bars() as tell:
+        result = benchmark(sequence, frames, tell)
+    _print_times(result)
+    _print_stages(result)
+    if json_path is not None:
+        write_text_atomically(json_path, json.dumps(result.record(), indent=1) + "\n")
     return 0
 
 
-def _print_benchmark(result: Benchmark) -> None:
-    kinds: list[Timing | None] = [result.acquisition, result.tracking]
-    table = Table(title="Median time of a stereo frame, ms", title_justify="left")
-    table.add_column("stage")
-    table.add_column("acquisition", justify="right")
-    table.add_column("tracking", justify="right")
-    stages = dict.fromkeys(stage for kind in kinds if kind is not None for stage in kind.stages)
-    for stage in stages:
-        table.add_row(stage, *(_milliseconds(None if kind is None else kind.stages.get(stage)) for kind in kinds))
+def _print_times(result: Benchmark) -> None:
+    size, isa = result.machine["image"], result.machine["isa"]
+    table = Table(title=f"Wall times, {size}, {isa}, {result.machine['processor']}", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for heading in ("median ms", "95 %", "99 %", "of Canny", "1/s", "timed"):
+        table.add_column(heading, justify="right")
+    for name, times in result.whole.items():
+        table.add_row(name, *_cells(times), f"{1.0 / times.percentile(50):.1f}", str(len(times.seconds)))
     table.add_section()
-    table.add_row("whole frame", *(_milliseconds(None if kind is None else kind.frame) for kind in kinds))
-    table.add_row("frames/s", *("-" if kind is None else f"{1 / kind.frame:.1f}" for kind in kinds))
-    table.add_row("frames timed", *("0" if kind is None else str(kind.frames) for kind in kinds))
-    table.add_section()
-    table.add_row("cv2.Canny(image, 50, 150)", *[_milliseconds(result.canny)] * 2)
-    table.add_row("cv2.HoughLines on its edges", *[_milliseconds(result.hough)] * 2)
+    for name, times in result.yardsticks.items():
+        table.add_row(name, *_cells(times), "", str(len(times.seconds)))
     console.print(table)
-    console.print("Our two views run at the same time; OpenCV takes one image after the other.")
+    console.print(_LEGEND)
 
 
-def _milliseconds(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds * 1e3:.2f}"
+def _cells(times: Times) -> list[str]:
+    return [*(f"{1e3 * times.percentile(percent):.3f}" for percent in (50, 95, 99)), f"{times.ratio:.2f}"]
+
+
+def _print_stages(result: Benchmark) -> None:
+    table = Table(title="Median time of a stage, ms", title_justify="left")
+    table.add_column("stage")
+    for name in result.stages:
+        table.add_column(name, justify="right")
+    for stage in dict.fromkeys(stage for stages in result.stages.values() for stage in stages):
+        found = (stages.get(stage) for stages in result.stages.values())
+        table.add_row(stage, *("-" if seconds is None else f"{1e3 * seconds:.2f}" for seconds in found))
+    console.print(table)
