@@ -3,12 +3,6 @@
 namespace rvdnav {
 namespace {
 
-constexpr int32_t kRatioSteps = 128;
-
-struct ArcTangent {
-  uint8_t level[kRatioSteps + 1];  // of the ratios 0..1: 0..32
-};
-
 constexpr ArcTangent make_arc_tangent() {
   ArcTangent table = {};
   for (int32_t i = 0; i <= kRatioSteps; ++i) {
@@ -20,14 +14,14 @@ constexpr ArcTangent make_arc_tangent() {
       term *= shrink * (2.0 * n) / (2.0 * n + 1.0);
       sum += term;
     }
-    table.level[i] = static_cast<uint8_t>(round_half_away(sum * (128.0 / 3.14159265358979323846)));
+    table.level[i] = round_half_away(sum * (128.0 / 3.14159265358979323846));
   }
   return table;
 }
 
-constexpr ArcTangent kArcTangent = make_arc_tangent();
-
 }  // namespace
+
+const ArcTangent kArcTangent = make_arc_tangent();
 
 uint8_t binary_angle(int32_t x, int32_t y) {
   const int32_t ax = x < 0 ? -x : x;

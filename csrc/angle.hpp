@@ -52,6 +52,14 @@ constexpr UnitQ14 unit_q14(double degrees) {
           static_cast<int16_t>(round_half_away(exact.s * 16384.0))};
 }
 
+constexpr int32_t kRatioSteps = 128;
+
+struct ArcTangent {
+  int32_t level[kRatioSteps + 1];  // of the ratios 0..1, 256 to the turn: 0..32
+};
+
+extern const ArcTangent kArcTangent;
+
 // Binary angle of a vector: 256 levels to the turn, from +x towards +y; 0 for the null vector.  Wrong by at most one
 // level (0.7 of one).  Components up to 2^24 in size.
 uint8_t binary_angle(int32_t x, int32_t y);

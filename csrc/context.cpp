@@ -24,7 +24,6 @@ void lay_out_view(const Context& c, Arena& arena, Workspace& work) {
   arena.take(&work.thin.deletable, words / height);
   arena.take(&work.thin.empty, words / height);
   arena.take(&work.thin.stale, height);
-  arena.take(&work.direction, pixels);
   arena.take(&work.edgels, edgels);
   arena.take(&work.accumulator, static_cast<size_t>(kThetaBins) * static_cast<size_t>(config.hough_rho_bins));
   work.track.max_shear = track_shear(c.reach);

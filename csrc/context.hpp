@@ -27,7 +27,6 @@ struct Workspace {
   uint32_t* edge_bits;    // edge_row_words(width) * height
   uint32_t* bit_scratch;  // as many
   ThinScratch thin;
-  uint8_t* direction;     // width * height
   rvdnav_edgel* edgels;   // max_edgels
   uint16_t* accumulator;  // kThetaBins * hough_rho_bins
   TrackScratch track;

@@ -1,17 +1,9 @@
 #include "edge.hpp"
 
-#include "angle.hpp"
+#include "pixel_batches.hpp"
 
 namespace rvdnav {
 namespace {
-
-uint8_t gradient_direction(const uint8_t* p, ptrdiff_t stride) {
-  const uint8_t* a = p - stride;
-  const uint8_t* c = p + stride;
-  const int32_t gx = (a[1] + 2 * p[1] + c[1]) - (a[-1] + 2 * p[-1] + c[-1]);
-  const int32_t gy = (c[-1] + 2 * c[0] + c[1]) - (a[-1] + 2 * a[0] + a[1]);
-  return binary_angle(gx, gy);
-}
 
 // No edges nearer than two pixels to the ends of a row.
 void clear_ends(uint32_t* row, int32_t w) {
@@ -66,17 +58,14 @@ void detect_edges(const uint8_t* smoothed, int32_t w, int32_t h, const Threshold
   }
 }
 
-void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const uint32_t* bits, uint8_t* direction) {
-  const ptrdiff_t words = edge_row_words(w);
-  for (int32_t y = 1; y < h - 1; ++y) {
-    for (int32_t k = 0; k < words; ++k) {
-      for (uint32_t rest = bits[y * words + k]; rest != 0; rest &= rest - 1) {
-        const int32_t x = 32 * k + __builtin_ctz(rest);
-        const ptrdiff_t i = static_cast<ptrdiff_t>(y) * w + x;
-        direction[i] = gradient_direction(smoothed + i, w);
-      }
-    }
-  }
+void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const Kernels& kernels, const uint32_t* bits,
+                     uint8_t* direction) {
+  for_each_pixel_batch(bits, w, h, [&](const uint32_t* pixels, int32_t count) {
+    uint8_t levels[kPixelBatch];
+    kernels.gradient_levels(smoothed, w, pixels, count, levels);
+    for (int32_t i = 0; i < count; ++i)
+      direction[static_cast<ptrdiff_t>(pixels[i] >> 16) * w + static_cast<ptrdiff_t>(pixels[i] & 0xffff)] = levels[i];
+  });
 }
 
 }  // namespace rvdnav

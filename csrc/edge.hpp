@@ -34,8 +34,9 @@ constexpr size_t edge_scratch_row(size_t width) { return width + 2 * kRowMargin;
 void detect_edges(const uint8_t* smoothed, int32_t w, int32_t h, const ThresholdCurve& threshold,
                   const Kernels& kernels, const EdgeScratch& scratch, uint32_t* bits);
 
-// Direction of the gradient (256 to the turn, from +x towards +y, towards brighter) at the edge pixels, or at what is
-// left of them; the others' stay as they are.
-void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const uint32_t* bits, uint8_t* direction);
+// Direction of the gradient (256 to the turn, from +x towards +y, towards brighter) at the edge pixels, none of which
+// is on the image's border; the others' stay as they are.
+void edge_directions(const uint8_t* smoothed, int32_t w, int32_t h, const Kernels& kernels, const uint32_t* bits,
+                     uint8_t* direction);
 
 }  // namespace rvdnav

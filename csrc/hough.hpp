@@ -4,6 +4,7 @@
 // edge pixel votes only near its gradient's direction, modulo half a turn: edges of both polarities share a row.
 #pragma once
 
+#include "kernels/kernels.hpp"
 #include "rvdnav/rvdnav.h"
 #include "types.hpp"
 
@@ -25,6 +26,7 @@ inline int32_t rho_bins_for(double reach) { return 2 * (static_cast<int32_t>(rea
 // Clears acc (kThetaBins rows of rho_bins, at most kMaxRhoBins) and lets every edgel vote in the rows up to spread
 // (0..45) from its own.  A cell gets one vote a pixel at most, from a band one pixel wide through an image of at most
 // 4096 x 4096: 16 bits hold it.  Votes beyond rho_bins are left out.
-void hough_vote(const rvdnav_edgel* edgels, uint32_t n, int32_t rho_bins, int32_t spread, uint16_t* acc);
+void hough_vote(const rvdnav_edgel* edgels, uint32_t n, int32_t rho_bins, int32_t spread, const Kernels& kernels,
+                uint16_t* acc);
 
 }  // namespace rvdnav

@@ -17,4 +17,20 @@ constexpr HoughTrig make_hough_trig() {
 
 inline constexpr HoughTrig kHoughTrig = make_hough_trig();
 
+// Rows of a degree for every window of rows that an edgel votes in: row i is row i % 180 of the accumulator.
+struct HoughRows {
+  int32_t c[288], s[288];
+};
+
+constexpr HoughRows make_hough_rows() {
+  HoughRows rows = {};
+  for (int32_t i = 0; i < 288; ++i) {
+    rows.c[i] = kHoughTrig.half_degree[2 * (i % 180)].c;
+    rows.s[i] = kHoughTrig.half_degree[2 * (i % 180)].s;
+  }
+  return rows;
+}
+
+inline constexpr HoughRows kHoughRows = make_hough_rows();
+
 }  // namespace rvdnav

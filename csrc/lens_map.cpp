@@ -69,7 +69,9 @@ bool build_lens_map(const rvdnav_rig& rig, int32_t camera, int16_t* nodes, LensM
   };
   double largest = 0.0;
   bool any = false;
+  map->complete = true;
   for_each_node(rig, camera, [&](int32_t i, int32_t j, const Point* p) {
+    map->complete = map->complete && p != nullptr;
     if (p == nullptr) return;
     any = true;
     const Point d = shift_of(i, j, *p);

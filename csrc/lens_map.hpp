@@ -15,6 +15,7 @@ constexpr int16_t kNoRay = INT16_MIN;  // first value of a node without a rectif
 struct LensMap {
   const int16_t* nodes;  // pairs, row-major
   int32_t columns, rows;
+  bool complete;               // every node has a ray
   int32_t shift;               // of the nodes: units of 2^-shift pixels, 3..12
   int32_t middle_x, middle_y;  // of the raw image, Q5
 };

@@ -44,7 +44,8 @@ uint32_t count_edges(const uint32_t* bits, int32_t words) {
 
 // Segments, bars and proposals: what this view alone can say of an unknown bracket.
 void search_view(Context& c, int32_t camera, Workspace& work, StageClock& clock, rvdnav_view_result* result) {
-  hough_vote(work.edgels, work.edgel_count, c.config.hough_rho_bins, c.config.hough_spread, work.accumulator);
+  hough_vote(work.edgels, work.edgel_count, c.config.hough_rho_bins, c.config.hough_spread, *c.kernels,
+             work.accumulator);
   uint32_t total = 0;
   work.peak_count = hough_peaks(work.accumulator, c.config.hough_rho_bins, c.config.peak_min_votes, work.peaks,
                                 static_cast<uint32_t>(c.config.max_peaks), &total);
@@ -132,10 +133,9 @@ rvdnav_status process_view(Context& c, int32_t camera, const GreyView& image, co
   thin(work.edge_bits, c.rig.width, c.rig.height, *c.kernels, work.thin);
   result->edge_count = count_edges(work.edge_bits, edge_row_words(c.rig.width) * c.rig.height);
   clock.lap(RVDNAV_STAGE_THIN);
-  edge_directions(work.smoothed, c.rig.width, c.rig.height, work.edge_bits, work.direction);
   uint32_t total = 0;
-  work.edgel_count = rectify_edges(work.edge_bits, work.direction, c.rig.width, c.rig.height, c.lens[camera],
-                                   work.edgels, static_cast<uint32_t>(c.config.max_edgels), &total);
+  work.edgel_count = rectify_gradients(work.edge_bits, work.smoothed, c.rig.width, c.rig.height, c.lens[camera],
+                                       *c.kernels, work.edgels, static_cast<uint32_t>(c.config.max_edgels), &total);
   if (total > work.edgel_count) result->limits |= RVDNAV_LIMIT_EDGELS;
   clock.lap(RVDNAV_STAGE_RECTIFY);
 

@@ -12,7 +12,7 @@ rvdnav_status rvdnav_hough_vote(rvdnav_context* context, const rvdnav_edgel* edg
   RVDNAV_TRY(check_edgels(context, edgels, edgel_count));
   if (accumulator == nullptr) return RVDNAV_ERROR_NULL;
   const rvdnav_config& config = context->context.config;
-  hough_vote(edgels, edgel_count, config.hough_rho_bins, config.hough_spread, accumulator);
+  hough_vote(edgels, edgel_count, config.hough_rho_bins, config.hough_spread, *context->context.kernels, accumulator);
   return RVDNAV_OK;
 }
 

@@ -26,7 +26,7 @@ rvdnav_status rvdnav_detect_edges(rvdnav_context* context, int32_t camera, const
   const int32_t w = c.rig.width, h = c.rig.height;
   detect_edges(smoothed, w, h, c.threshold, *c.kernels, c.work[camera].edge, edge_bits);
   for (ptrdiff_t i = 0; i < static_cast<ptrdiff_t>(w) * h; ++i) direction[i] = 0;
-  edge_directions(smoothed, w, h, edge_bits, direction);
+  edge_directions(smoothed, w, h, *c.kernels, edge_bits, direction);
   return RVDNAV_OK;
 }
 
@@ -54,7 +54,7 @@ rvdnav_status rvdnav_rectify_edges(rvdnav_context* context, int32_t camera, cons
   if (edgels == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
   const Context& c = context->context;
   uint32_t total = 0;
-  const uint32_t written =
-      rectify_edges(edge_bits, direction, c.rig.width, c.rig.height, c.lens[camera], edgels, capacity, &total);
+  const uint32_t written = rectify_edges(edge_bits, direction, c.rig.width, c.rig.height, c.lens[camera], *c.kernels,
+                                         edgels, capacity, &total);
   return finish_list(written, total, count);
 }

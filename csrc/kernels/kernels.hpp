@@ -1,10 +1,13 @@
 // The row kernels of the image stages and the choice of their instruction set.
 //
-// Two sources give the same bits: plain loops (row_kernels.inl) for processors without lanes, and vector code
-// (lane_kernels.inl) over a few primitives that each instruction set's own file defines.
+// Two sources give the same bits: plain loops (row_kernels.inl, edgel_kernels.inl) for processors without lanes, and
+// vector code (lane_kernels.inl, edgel_lanes.inl) over a few primitives that each instruction set's own file defines.
 #pragma once
 
 #include <stdint.h>
+
+#include "lens_map.hpp"
+#include "rvdnav/rvdnav.h"
 
 namespace rvdnav {
 
@@ -20,6 +23,14 @@ struct ThresholdCurve {
 
 // The borders from which thinning takes a layer at a time.
 enum class Borders { kNorthWest, kSouthEast };
+
+// Edge pixels as the kernels take them: x in the low half, y in the high half of a word.
+constexpr uint32_t packed_pixel(int32_t x, int32_t y) {
+  return static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x);
+}
+
+// At most so many at a time; lists of them are readable up to the next multiple of 8, with any pixels of the image.
+constexpr int32_t kPixelBatch = 128;
 
 // Values before and after a row of magnitudes, and a multiple of its codes, that ridge_row may read.
 constexpr int32_t kRowMargin = 64;
@@ -46,6 +57,18 @@ struct Kernels {
   // one of the borders given.  Returns whether there are any.
   bool (*deletable_row)(const uint32_t* above, const uint32_t* centre, const uint32_t* below, int32_t words,
                         Borders borders, uint32_t* deletable);
+
+  // Directions of the gradient, 256 to the turn, at count pixels that lie two or more from the image's border.  levels:
+  // kPixelBatch.
+  void (*gradient_levels)(const uint8_t* smoothed, int32_t width, const uint32_t* pixels, int32_t count,
+                          uint8_t* levels);
+
+  // Edgels of count pixels with their directions, without those that have no ray; returns how many.  out: kPixelBatch.
+  int32_t (*rectify_pixels)(const LensMap& map, const uint32_t* pixels, const uint8_t* levels, int32_t count,
+                            rvdnav_edgel* out);
+
+  // The votes of hough_vote, into an accumulator that is already cleared.
+  void (*vote)(const rvdnav_edgel* edgels, uint32_t count, int32_t rho_bins, int32_t spread, uint16_t* accumulator);
 };
 
 // The kernels of an instruction set (RVDNAV_ISA_...; AUTO takes the best that this processor has), null if this build

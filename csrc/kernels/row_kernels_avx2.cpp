@@ -8,9 +8,16 @@
 
 #include <immintrin.h>
 
+#include "angle.hpp"
+#include "hough.hpp"
+#include "hough_trig.hpp"
+#include "integers.hpp"
+#include "tangent.hpp"
+
 namespace rvdnav {
 namespace avx2 {
 namespace plain {
+#include "kernels/edgel_kernels.inl"
 #include "kernels/row_kernels.inl"
 }  // namespace plain
 
@@ -73,11 +80,12 @@ static inline Mask mask_bits(Shorts lo, Shorts hi) {
   return static_cast<Mask>(_mm256_movemask_epi8(_mm256_permute4x64_epi64(crossed, 0xd8)));
 }
 
+#include "kernels/edgel_lanes.inl"
 #include "kernels/lane_kernels.inl"
 }  // namespace avx2
 
-const Kernels kAvx2Kernels = {RVDNAV_ISA_AVX2, avx2::plain::smooth_row, avx2::gradient_row, avx2::ridge_row,
-                              avx2::deletable_row};
+const Kernels kAvx2Kernels = {RVDNAV_ISA_AVX2,     avx2::plain::smooth_row, avx2::gradient_row,   avx2::ridge_row,
+                              avx2::deletable_row, avx2::gradient_levels,   avx2::rectify_pixels, avx2::vote};
 
 }  // namespace rvdnav
 #endif

@@ -5,9 +5,16 @@
 
 #include <arm_neon.h>
 
+#include "angle.hpp"
+#include "hough.hpp"
+#include "hough_trig.hpp"
+#include "integers.hpp"
+#include "tangent.hpp"
+
 namespace rvdnav {
 namespace neon {
 namespace plain {
+#include "kernels/edgel_kernels.inl"
 #include "kernels/row_kernels.inl"
 }  // namespace plain
 
@@ -67,8 +74,9 @@ static inline Mask mask_bits(Shorts lo, Shorts hi) {
 #include "kernels/lane_kernels.inl"
 }  // namespace neon
 
-const Kernels kNeonKernels = {RVDNAV_ISA_NEON, neon::plain::smooth_row, neon::gradient_row, neon::ridge_row,
-                              neon::deletable_row};
+const Kernels kNeonKernels = {
+    RVDNAV_ISA_NEON,     neon::plain::smooth_row,      neon::gradient_row,          neon::ridge_row,
+    neon::deletable_row, neon::plain::gradient_levels, neon::plain::rectify_pixels, neon::plain::vote};
 
 }  // namespace rvdnav
 #endif

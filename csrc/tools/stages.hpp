@@ -54,7 +54,6 @@ class Stages {
         stale_(size(rig.height)),
         kept_(size(edge_row_words(rig.width)) * size(rig.height)),
         smoothed(size(rig.width) * size(rig.height)),
-        direction(smoothed.size()),
         bits(kept_.size()),
         edgels(65536),
         accumulator(size(kThetaBins * kRhoBins)),
@@ -77,12 +76,14 @@ class Stages {
     thin(bits.data(), width_, height_, kernels_, {deletable_.data(), empty_.data(), stale_.data()});
   }
   void run_rectify() {
-    edge_directions(smoothed.data(), width_, height_, bits.data(), direction.data());
     edgels.resize(65536);
     uint32_t total = 0;
-    edgels.resize(rectify_edges(bits.data(), direction.data(), width_, height_, map_, edgels.data(), 65536, &total));
+    edgels.resize(
+        rectify_gradients(bits.data(), smoothed.data(), width_, height_, map_, kernels_, edgels.data(), 65536, &total));
   }
-  void run_vote() { hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), kRhoBins, 3, accumulator.data()); }
+  void run_vote() {
+    hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), kRhoBins, 3, kernels_, accumulator.data());
+  }
   void run_peaks() {
     peaks.resize(512);
     uint32_t total = 0;
@@ -108,7 +109,7 @@ class Stages {
   std::vector<uint32_t> kept_;
 
  public:
-  std::vector<uint8_t> smoothed, direction;
+  std::vector<uint8_t> smoothed;
   std::vector<uint32_t> bits;
   std::vector<rvdnav_edgel> edgels;
   std::vector<uint16_t> accumulator;

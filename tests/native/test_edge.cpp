@@ -24,7 +24,8 @@ Edges detect(const plain::Grey& image, const ThresholdCurve& curve) {
   std::vector<uint8_t> code(magnitude.size(), 77);
   detect_edges(image.pixels.data(), image.w, image.h, curve, *select_kernels(RVDNAV_ISA_AUTO),
                {magnitude.data(), code.data()}, edges.bits.words.data());
-  edge_directions(image.pixels.data(), image.w, image.h, edges.bits.words.data(), edges.direction.data());
+  edge_directions(image.pixels.data(), image.w, image.h, *select_kernels(RVDNAV_ISA_AUTO), edges.bits.words.data(),
+                  edges.direction.data());
   return edges;
 }
 

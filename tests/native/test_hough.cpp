@@ -13,7 +13,8 @@ namespace {
 
 std::vector<uint16_t> vote(const std::vector<rvdnav_edgel>& edgels, int32_t rho_bins, int32_t spread) {
   std::vector<uint16_t> acc(static_cast<size_t>(kThetaBins * rho_bins), 999);
-  hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), rho_bins, spread, acc.data());
+  hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), rho_bins, spread, *select_kernels(RVDNAV_ISA_AUTO),
+             acc.data());
   return acc;
 }
 

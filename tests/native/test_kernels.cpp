@@ -4,9 +4,11 @@
 #include <vector>
 
 #include "edge.hpp"
+#include "hough.hpp"
 #include "kernels/kernels.hpp"
 #include "plain.hpp"
 #include "rvdnav/rvdnav.h"
+#include "sample_rig.hpp"
 
 using namespace rvdnav;
 
@@ -84,6 +86,59 @@ TEST_CASE("every instruction set that this build and machine have gives the bits
       REQUIRE(a.ridge == b.ridge);
       REQUIRE(a.north_west == b.north_west);
       REQUIRE(a.south_east == b.south_east);
+    }
+  }
+}
+
+TEST_CASE("every instruction set gives single edge pixels the same directions, edgels and votes") {
+  const Kernels& scalar = *select_kernels(RVDNAV_ISA_SCALAR);
+  const Kernels& kernels = *select_kernels(RVDNAV_ISA_AUTO);
+  plain::Random random(3);
+  rvdnav_rig rig = sample_rig();
+  std::vector<int16_t> nodes(map_length(rig.width, rig.height));
+  const plain::Grey image = plain::random_grey(random, rig.width, rig.height);
+  // A lens of everyday's, one with places without a ray, and one whose tangents are beyond all reason.
+  for (int lens = 0; lens < 3; ++lens) {
+    LensMap map;
+    if (lens == 1) rig.camera[0].k1 = -0.9;
+    REQUIRE(build_lens_map(rig, 0, nodes.data(), &map));
+    CHECK(map.complete == (lens != 1));
+    if (lens == 2) {
+      for (int16_t& n : nodes) n = static_cast<int16_t>(random.between(-32767, 32767));
+      map.shift = 3;
+    }
+    for (int32_t count : {1, 7, 8, 93, kPixelBatch}) {
+      std::vector<uint32_t> pixels(static_cast<size_t>(kPixelBatch));
+      for (uint32_t& p : pixels) p = packed_pixel(random.between(2, rig.width - 3), random.between(2, rig.height - 3));
+      std::vector<uint8_t> a(pixels.size()), b(pixels.size());
+      scalar.gradient_levels(image.pixels.data(), rig.width, pixels.data(), count, a.data());
+      kernels.gradient_levels(image.pixels.data(), rig.width, pixels.data(), count, b.data());
+      REQUIRE(std::equal(a.begin(), a.begin() + count, b.begin()));
+      std::vector<rvdnav_edgel> c(pixels.size()), d(pixels.size());
+      const int32_t found = scalar.rectify_pixels(map, pixels.data(), a.data(), count, c.data());
+      REQUIRE(kernels.rectify_pixels(map, pixels.data(), a.data(), count, d.data()) == found);
+      for (size_t i = 0; i < static_cast<size_t>(found); ++i) {
+        REQUIRE(c[i].x_q5 == d[i].x_q5);
+        REQUIRE(c[i].y_q5 == d[i].y_q5);
+        REQUIRE(c[i].direction == d[i].direction);
+      }
+    }
+    rig = sample_rig();
+  }
+  for (int32_t rho_bins : {1, 100, 1024, 1523}) {
+    std::vector<rvdnav_edgel> edgels;
+    for (int32_t i = 0; i < 500; ++i) {
+      const int32_t reach = i % 3 == 0 ? INT32_MAX : i % 3 == 1 ? 66000 : 12000;
+      edgels.push_back({random.between(-reach / 2, reach / 2) * 2,
+                        random.between(-reach / 2, reach / 2) * 2,
+                        static_cast<uint8_t>(random.between(0, 255)),
+                        {}});
+    }
+    for (int32_t spread : {0, 3, 4, 20, 45}) {
+      std::vector<uint16_t> a(static_cast<size_t>(kThetaBins * rho_bins)), b(a.size());
+      scalar.vote(edgels.data(), 500, rho_bins, spread, a.data());
+      kernels.vote(edgels.data(), 500, rho_bins, spread, b.data());
+      REQUIRE(a == b);
     }
   }
 }

@@ -31,7 +31,8 @@ std::vector<rvdnav_peak> peaks_of_lines(const std::vector<plain::Line>& lines, i
   for (const plain::Line& line : lines) plain::add_line(edgels, line, random);
   plain::add_clutter(edgels, clutter, random);
   std::vector<uint16_t> acc(static_cast<size_t>(kThetaBins * kRhoBins));
-  hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), kRhoBins, 4, acc.data());
+  hough_vote(edgels.data(), static_cast<uint32_t>(edgels.size()), kRhoBins, 4, *select_kernels(RVDNAV_ISA_AUTO),
+             acc.data());
   return peaks_of(acc, kRhoBins, min_votes);
 }
 

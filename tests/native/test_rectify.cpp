@@ -38,7 +38,7 @@ TEST_CASE("rectify_edges maps places and directions like the exact lens, row by 
     std::vector<rvdnav_edgel> edgels(3000);
     uint32_t total = 0;
     const uint32_t n = rectify_edges(scene.bits.words.data(), scene.direction.data(), scene.rig.width, scene.rig.height,
-                                     scene.map, edgels.data(), 3000, &total);
+                                     scene.map, *select_kernels(RVDNAV_ISA_AUTO), edgels.data(), 3000, &total);
     REQUIRE(n == static_cast<uint32_t>(scene.bits.count()));
     REQUIRE(total == n);
     size_t i = 0;
@@ -69,10 +69,10 @@ TEST_CASE("rectify_edges keeps within its capacity and counts what there is") {
   std::vector<rvdnav_edgel> all(3000), few(101, rvdnav_edgel{1, 2, 3, 4});
   uint32_t total = 0;
   rectify_edges(scene.bits.words.data(), scene.direction.data(), scene.rig.width, scene.rig.height, scene.map,
-                all.data(), 3000, &total);
+                *select_kernels(RVDNAV_ISA_AUTO), all.data(), 3000, &total);
   const uint32_t expected = total;
   CHECK(rectify_edges(scene.bits.words.data(), scene.direction.data(), scene.rig.width, scene.rig.height, scene.map,
-                      few.data(), 100, &total) == 100);
+                      *select_kernels(RVDNAV_ISA_AUTO), few.data(), 100, &total) == 100);
   CHECK(total == expected);
   for (size_t i = 0; i < 100; ++i) {
     CHECK(few[i].x_q5 == all[i].x_q5);
