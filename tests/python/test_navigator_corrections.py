@@ -10,12 +10,14 @@ import pytest
 from drawn_scene import START_NS, bracket_target, draw_frame, example_rig, pose
 from rvdnav import Navigator, Rig, open_sequence
 from rvdnav.corrections import Corrections
+from rvdnav.evaluation import pose_error
 from rvdnav.faults import FaultySequence, parse_fault
 from rvdnav.faults.knowledge import target_points
 from rvdnav.rig import calibration_parameters
 from rvdnav.solution import Reason, Solution
 from rvdnav.target import Target
 
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "approach"
 SEQUENCES = Path(__file__).resolve().parents[3] / "shared" / "data" / "sequences"
 RIG = attrs.evolve(example_rig(), calibration_covariance=None)  # as made by hand
 TARGET = attrs.evolve(bracket_target(), tolerance=None)  # as with calipers: 0.3 mm
@@ -79,6 +81,21 @@ def test_a_correction_is_what_to_add_to_the_calibration(wrong: tuple[str, ...], 
         assert own.stated == pytest.approx(SIGMAS[NAMES.index(name)])
         assert own.value * sign > CASES[wrong] * 1.5 * own.stated
         assert own.sigma < own.stated
+
+
+@pytest.mark.parametrize("draw", [2, 6])  # one view lies 8 and 3 rows off
+def test_a_calibration_far_off_is_followed_from_the_first_frame_on(draw: int) -> None:
+    """Rows further apart than the profiles across the edges reach, and a bar's width when far away."""
+    recorded = open_sequence(EXAMPLE)
+    sequence = FaultySequence(recorded, [parse_fault("calibration=0.5,3,0.1:all")], seed=draw)
+    rig = attrs.evolve(sequence.rig, calibration_covariance=None)
+    assert recorded.truth is not None
+    for number in (4, 16):
+        solution = Navigator(rig, attrs.evolve(sequence.target, tolerance=None)).process(sequence[number])
+        assert solution.published
+        error = pose_error(solution.T_world_target, recorded.truth.at(solution.timestamp_ns))
+        assert np.linalg.norm(error[:3]) < 0.02
+        assert (np.abs(error) < 5.0 * np.sqrt(np.diagonal(solution.covariance))).all()
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from rvdnav.core import FrameResult
 from rvdnav.navigator.edge_model import EdgeModel
+from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.pose import (
     LineMeasurements,
     PoseError,
     RectifiedCameras,
+    RefinedPose,
     inverse_T,
     iterative_three_point_pose,
     make_T,
@@ -25,25 +27,57 @@ _POOR_FIT = 1.5
 _PEAK_SIGMA_PX = 0.7
 _LINE_SIGMA_PX = 0.15
 _MIN_LINES = 3
+# From which distance, px, a line lies beside its edge, and how many must come back to it for the calibration to be off:
+# that moves many at once, noise and blur some.
+_ASTRAY_PX = 1.0
+_MOVED_LINES = 3
 
 
-def coarse_pose(model: EdgeModel, frame: FrameResult, cameras: RectifiedCameras, prior: FloatArray) -> FloatArray:
-    """The paper's three-point pose from the apexes, then all lines of the views together.
+def coarse_pose(
+    model: EdgeModel,
+    frame: FrameResult,
+    cameras: RectifiedCameras,
+    prior: FloatArray,
+    knowledge: Knowledge,
+    learned: Learned,
+) -> tuple[FloatArray, FloatArray]:
+    """The paper's three-point pose from the apexes, then all lines of the views together; and the lasting parameters
+    (p,) that it was found with.
 
+    Those are the expected ones, unless most of the lines that contradict them agree once the calibration is freed.
     prior (4, 4): the acquired or the predicted pose, taken as it is where fewer than three lines were found.
     """
     lines = line_measurements(model.edge_points, frame)
+    expected = knowledge.expected(learned)
     if len(lines) < _MIN_LINES:
-        return prior
+        return prior, expected
+    pose = _by_lines(model, frame, lines, cameras, prior)
+    if knowledge.lasting > 0 and len(np.unique(lines.camera)) > 1:
+        T = pose.T_world_target
+        freed = refine_pose_lines(T, lines, cameras, systematics=knowledge.of_coarse_lines(T, lines, learned))
+        astray, left = _astray(pose), _astray(freed)
+        if astray - left >= _MOVED_LINES and 2 * left < astray:
+            return freed.T_world_target, freed.z
+    return pose.T_world_target, expected
+
+
+def _astray(pose: RefinedPose) -> int:
+    """How many lines lie beside their edges at a pose."""
+    return int(np.count_nonzero(np.abs(pose.residuals).max(axis=1) > _ASTRAY_PX))
+
+
+def _by_lines(
+    model: EdgeModel, frame: FrameResult, lines: LineMeasurements, cameras: RectifiedCameras, prior: FloatArray
+) -> RefinedPose:
     try:
         start = _three_point_pose(model, frame, cameras, prior)
         pose = refine_pose_lines(start, lines, cameras)
     except PoseError:  # degenerate corners; the prior may still do
-        return refine_pose_lines(prior, lines, cameras).T_world_target
+        return refine_pose_lines(prior, lines, cameras)
     if pose.sigma0 > _POOR_FIT:
         # One line taken for another spoils its two corners, but is an outlier from a good start.
         pose = min(pose, refine_pose_lines(prior, lines, cameras), key=lambda pose: pose.sigma0)
-    return pose.T_world_target
+    return pose
 
 
 def _three_point_pose(model: EdgeModel, frame: FrameResult, cameras: RectifiedCameras, prior: FloatArray) -> FloatArray:

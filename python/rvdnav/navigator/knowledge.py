@@ -123,6 +123,14 @@ class Knowledge:
         derivative = np.concatenate([self.derivative(T_world_target, lines), steps, edges, moved], axis=2)
         return self._systematics(derivative, learned)
 
+    def of_coarse_lines(self, T_world_target: FloatArray, lines: LineMeasurements, learned: Learned) -> Systematics:
+        """The lasting parameters of lines near a pose (4, 4), the calibration as far off as it can be: lines tell it at
+        once, while the edges are not measured where it is not followed.  Raises PoseError as `systematics`."""
+        stated = self._systematics(self.derivative(T_world_target, lines), learned)
+        scales = stated.scales.copy()
+        scales[CALIBRATION] = _LARGEST[CALIBRATION]
+        return attrs.evolve(stated, scales=scales)
+
     def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
         sizes = self._sizes(derivative.shape[2])
         groups = tuple(map(Group, sizes, _WEIGHTS, _LARGEST, _DOUBTFUL))

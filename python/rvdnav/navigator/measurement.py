@@ -185,17 +185,19 @@ def measure(
     images: Images,
     T_world_target: FloatArray,
     polarity: IntArray,
+    z: FloatArray | None = None,
 ) -> Measurement:
     """The pose that this frame's grey values give around a coarse one.
 
     images: of each camera, None where it has none.  T_world_target (4, 4): good to two or three pixels.
     polarity (cameras, edges): of the edges as last seen, 0 where unknown; only the first round holds to it, so that it
-    can change with the light.  learned: of the lasting errors by the frames before.
+    can change with the light.  learned: of the lasting errors by the frames before.  z (p,): those that the coarse
+    pose was found with; what is expected of them if not given.
     Raises PoseError where the measured geometry does not determine a pose.
     """
     cameras = rectified_cameras(rig)
     T = T_world_target
-    z = knowledge.expected(learned)
+    z = knowledge.expected(learned) if z is None else z
     shutter = None if learned.motion is None else RollingShutter(rig, model, learned.motion)
     offsets = knowledge.edge_offsets(T, z)
     unknown = np.zeros(polarity.shape)

@@ -137,11 +137,11 @@ class Surveyor:
         polarity = self._unknown_polarity() if expected is None else expected.polarity
         start = now()
         try:
-            coarse = coarse_pose(self._model, frame, self._cameras, prior)
+            coarse, z = coarse_pose(self._model, frame, self._cameras, prior, self._knowledge, learned)
             astray = self._astray(coarse, prior, acquired=frame.bracket is not None)
             if astray is not None:
                 return Attempt(frozenset({astray}), frame, images)
-            measurement = self._measure(images, coarse, polarity, learned)
+            measurement = self._measure(images, coarse, polarity, learned, z)
             if len(measurement.cameras) == 1:
                 prediction, odds = (None, None) if expected is None else (expected.prediction, expected.earlier_odds)
                 decision = decide(measurement, self._model, self._cameras, prediction, odds)
@@ -171,8 +171,10 @@ class Surveyor:
         width = np.abs(face_widths(self._cameras, T, self._model)[camera])
         return bool(np.quantile(across / width, 1.0 - _BESIDE_EDGES) > _BESIDE)
 
-    def _measure(self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned) -> Measurement:
-        return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity)
+    def _measure(
+        self, images: Images, T: FloatArray, polarity: IntArray, learned: Learned, z: FloatArray | None = None
+    ) -> Measurement:
+        return measure(self._core, self._rig, self._model, self._knowledge, learned, images, T, polarity, z)
 
     def _astray(self, coarse: FloatArray, prior: FloatArray, acquired: bool) -> Reason | None:
         """What tells that lines which don't belong together have led the coarse pose (4, 4) away from the prior."""
