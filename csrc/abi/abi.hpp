@@ -3,6 +3,7 @@
 
 #include "context.hpp"
 #include "rvdnav/rvdnav.h"
+#include "status.hpp"
 #include "types.hpp"
 
 struct rvdnav_context {
@@ -16,13 +17,6 @@ namespace rvdnav {
 constexpr double kFar = 16384.0;  // pixels; beyond every image
 
 constexpr uint64_t kContextMagic = 0x7276646e61760000ULL + RVDNAV_ABI_VERSION;
-
-// Leaves the function with the status unless it is RVDNAV_OK.
-#define RVDNAV_TRY(expression)                      \
-  do {                                              \
-    const rvdnav_status try_status = (expression);  \
-    if (try_status != RVDNAV_OK) return try_status; \
-  } while (false)
 
 // abi/arguments.cpp
 rvdnav_status check_context(const rvdnav_context* context);

@@ -31,6 +31,12 @@ const char* rvdnav_status_text(rvdnav_status status) {
       return "this processor or build lacks the instruction set asked for";
     case RVDNAV_ERROR_THREAD:
       return "the worker thread could not be started";
+    case RVDNAV_ERROR_UNDETERMINED:
+      return "the measurements do not determine the pose";
+    case RVDNAV_ERROR_BEHIND:
+      return "a point of the target is not in front of the camera";
+    case RVDNAV_ERROR_NO_AGREEMENT:
+      return "no measurement agrees with the pose";
     default:
       return "unknown status";
   }
@@ -59,6 +65,13 @@ uint32_t rvdnav_struct_size(const char* name) {
       {"rvdnav_measured_line", sizeof(rvdnav_measured_line)},
       {"rvdnav_match", sizeof(rvdnav_match)},
       {"rvdnav_surface_point", sizeof(rvdnav_surface_point)},
+      {"rvdnav_edge_point", sizeof(rvdnav_edge_point)},
+      {"rvdnav_edge_line", sizeof(rvdnav_edge_line)},
+      {"rvdnav_pose_cameras", sizeof(rvdnav_pose_cameras)},
+      {"rvdnav_pose_line", sizeof(rvdnav_pose_line)},
+      {"rvdnav_parameter_group", sizeof(rvdnav_parameter_group)},
+      {"rvdnav_pose_problem", sizeof(rvdnav_pose_problem)},
+      {"rvdnav_refined_pose", sizeof(rvdnav_refined_pose)},
       {"rvdnav_view_result", sizeof(rvdnav_view_result)},
       {"rvdnav_bracket", sizeof(rvdnav_bracket)},
       {"rvdnav_frame_result", sizeof(rvdnav_frame_result)},

@@ -45,6 +45,10 @@ enum {
   RVDNAV_EDGES = 8,             /* l1 outer, l1 inner, l2 outer, ... l4 inner */
   RVDNAV_APEXES = 8,            /* P1..P4 (outer), Q1..Q4 (inner) */
   RVDNAV_MAX_MATCHES = 64,      /* correlated points a frame */
+  RVDNAV_MAX_POSE_EDGES = 256,  /* edges of a target whose pose is refined */
+  RVDNAV_MAX_POSE_LINES = 512,  /* lines in both views of them */
+  RVDNAV_MAX_PARAMETERS = 2048, /* beside the pose: each edge's ends and the edge, calibration, steps, motion */
+  RVDNAV_MAX_GROUPS = 8,        /* of these */
   RVDNAV_DIRECTION_LEVELS = 256 /* quantised gradient directions in a full turn */
 };
 
@@ -61,7 +65,10 @@ enum {
   RVDNAV_ERROR_CALIBRATION = -8, /* a camera or rig parameter is not finite or not usable */
   RVDNAV_ERROR_TARGET = -9,      /* the bracket is degenerate */
   RVDNAV_ERROR_ISA = -10,        /* this processor or build lacks the instruction set asked for */
-  RVDNAV_ERROR_THREAD = -11      /* the host could not start its worker thread */
+  RVDNAV_ERROR_THREAD = -11,     /* the host could not start its worker thread */
+  RVDNAV_ERROR_UNDETERMINED = -12, /* the measurements do not determine the pose */
+  RVDNAV_ERROR_BEHIND = -13,       /* a point of the target is not in front of its camera */
+  RVDNAV_ERROR_NO_AGREEMENT = -14  /* no measurement agrees with the pose */
 };
 
 /* Instruction set of the row kernels. */
@@ -305,6 +312,96 @@ typedef struct rvdnav_surface_point {
   double sigma;            /* standard deviation of p_W along the left camera's ray, metres; across it there is next to none */
 } rvdnav_surface_point;
 
+/* A place on one of a target's edges as found in one view. */
+typedef struct rvdnav_edge_point {
+  int32_t camera;
+  int32_t edge;    /* [0, RVDNAV_MAX_POSE_EDGES) */
+  double x, y;     /* rectified pixels */
+  double nx, ny;   /* unit normal of the edge; those of an edge in a view are equal up to small angles */
+  double sigma;    /* standard deviation along it, pixels */
+} rvdnav_edge_point;
+
+/* The line through an edge's places in one view. */
+typedef struct rvdnav_edge_line {
+  int32_t camera;
+  int32_t edge;
+  double rho, theta;    /* theta is that of the places' normals, in any turn */
+  double covariance[4]; /* of (rho, theta), row-major, from the scatter about the line */
+  double rms;           /* of the places that agree, pixels */
+} rvdnav_edge_line;
+
+/* The rectified cameras in W. */
+typedef struct rvdnav_pose_cameras {
+  double focal;        /* pixels */
+  double centre[2][3]; /* metres */
+  double R_rect_W[9];  /* row-major rotation from W to the rectified axes */
+} rvdnav_pose_cameras;
+
+/* A measured line of a known edge. */
+typedef struct rvdnav_pose_line {
+  int32_t camera;
+  int32_t reserved;
+  double from_C[3], to_C[3]; /* ends of what was seen of the edge, metres */
+  double rho, theta;
+  double covariance[4];      /* of (rho, theta), row-major */
+  double shift_sigma;        /* standard deviation of a displacement of the whole line that its fit knows nothing of, pixels */
+} rvdnav_pose_line;
+
+/* Parameters whose standard deviations were stated together. */
+typedef struct rvdnav_parameter_group {
+  uint32_t size;
+  int32_t doubtful; /* the statement may be wrong by the largest scale */
+  double scale;   /* of what was stated, above 0 */
+  double weight;  /* how many independent errors the statement is worth against those that the lines show; infinite: it stands */
+  double largest; /* scale */
+} rvdnav_parameter_group;
+
+enum { RVDNAV_LOSS_TUKEY = 0, RVDNAV_LOSS_HUBER = 1 };
+
+/* Lines and what is known beside them.  n lines; p parameters z of errors that lines share, each of unit standard
+ * deviation as stated: to first order the residuals are r(pose) + G z. */
+typedef struct rvdnav_pose_problem {
+  uint32_t struct_size;
+  uint32_t line_count;         /* [0, RVDNAV_MAX_POSE_LINES] */
+  const rvdnav_pose_line* lines;
+  rvdnav_pose_cameras cameras;
+  double R_W_C[9];             /* start */
+  double p_W[3];
+  int32_t loss;                /* RVDNAV_LOSS_... */
+  int32_t near_minimum;        /* the start is near it, so outliers are told by it at once */
+  double k;                    /* the loss's bound in standard deviations; 0: 95 % efficient at a normal distribution */
+  int32_t shown;               /* what displaces the ends, and the groups' scales, are what the lines show */
+  int32_t reserved;
+  double endpoint_sigma;       /* else: standard deviation of what displaces each end by itself, pixels, above 0 */
+  uint32_t parameter_count;    /* [0, RVDNAV_MAX_PARAMETERS] */
+  uint32_t group_count;        /* [0, RVDNAV_MAX_GROUPS] */
+  rvdnav_parameter_group groups[8]; /* RVDNAV_MAX_GROUPS; in the order of the parameters */
+  const double* derivative;    /* G (n, 2, p), pixels */
+  const double* information;   /* (p, p), symmetric: what earlier frames told */
+  const double* vector;        /* (p): that times the mean */
+} rvdnav_pose_problem;
+
+/* A refined pose and how far to trust it.  The arrays are the caller's; null where they are not wanted. */
+typedef struct rvdnav_refined_pose {
+  uint32_t struct_size;
+  int32_t converged;
+  uint32_t iterations;
+  uint32_t reserved;
+  double R_W_C[9];
+  double p_W[3];
+  double covariance[36];    /* (position, rotation) in W: p + dp, exp([dtheta]x) R */
+  double sigma0;            /* a-posteriori standard deviation of unit weight */
+  double displacement;      /* standard deviation of what displaces each line beyond its covariance, pixels */
+  double scales[8];         /* of the groups */
+  double* residuals;        /* (n, 2), pixels */
+  double* weights;          /* (n), [0, 1] */
+  double* gain;             /* (6, n, 2): a small change dr of the residuals moves the pose by -gain dr */
+  double* z;                /* (p) */
+  double* joint_covariance; /* (6 + p, 6 + p) of pose and parameters */
+  double* told_information; /* (6 + p, 6 + p) by the lines alone, at the estimate */
+  double* told_gradient;    /* (6 + p); with told_information */
+} rvdnav_refined_pose;
+
 /* What one view gives. */
 typedef struct rvdnav_view_result {
   uint32_t struct_size;
@@ -435,6 +532,19 @@ RVDNAV_API rvdnav_status rvdnav_triangulate(rvdnav_context* context, const doubl
 RVDNAV_API rvdnav_status rvdnav_calibration_derivatives(const rvdnav_rig* rig, const rvdnav_calibration_effect* effect,
                                                         const rvdnav_measured_line* lines, uint32_t line_count,
                                                         double* derivatives);
+
+/* ---- the pose, each step by itself; without a context ---- */
+/* memory of these calls: aligned to 64 bytes, at least the size asked for, used during the call alone. */
+RVDNAV_API rvdnav_status rvdnav_fit_edge_lines_size(uint32_t point_count, size_t* size);
+/* A robust line through each edge's places, which come in their order along it; the lines by camera and edge; edges with too few places that agree have none.
+ * weights (point_count): of the places, 0 for outliers and for edges without a line. */
+RVDNAV_API rvdnav_status rvdnav_fit_edge_lines(const rvdnav_edge_point* points, uint32_t point_count, void* memory,
+                                               size_t size, rvdnav_edge_line* lines, uint32_t capacity, uint32_t* count,
+                                               double* weights);
+RVDNAV_API rvdnav_status rvdnav_refine_pose_size(uint32_t line_count, uint32_t parameter_count, size_t* size);
+/* The pose that fits the lines best, from the start on; a line is trusted or rejected as a whole. */
+RVDNAV_API rvdnav_status rvdnav_refine_pose(const rvdnav_pose_problem* problem, void* memory, size_t size,
+                                            rvdnav_refined_pose* result);
 
 /* ---- the visible surface, off the frame's path ---- */
 /* Bytes of work memory that rvdnav_surface needs. */

@@ -10,12 +10,13 @@ import numpy as np
 
 from rvdnav.bracket import Bracket
 from rvdnav.core import Core
+from rvdnav.core.pose import fit_edge_lines
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.sampling import sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.navigator.views import Images
-from rvdnav.pose import LineMeasurements, fit_edge_lines, line_residuals
+from rvdnav.pose import LineMeasurements, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvdnav.core import FrameResult
+from rvdnav.core.pose import refine_pose_lines
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.pose import (
@@ -17,7 +18,6 @@ from rvdnav.pose import (
     iterative_three_point_pose,
     make_T,
     pose_from_apexes,
-    refine_pose_lines,
 )
 from rvdnav.pose.arrays import FloatArray
 

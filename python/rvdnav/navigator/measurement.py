@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from rvdnav.core import Core
+from rvdnav.core.pose import fit_edge_lines, refine_pose_edges, refine_pose_lines
 from rvdnav.navigator.back_edges import back_coverage
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import blur_excess, edge_blur, face_widths, with_slopes
@@ -25,10 +26,7 @@ from rvdnav.pose import (
     RectifiedCameras,
     RefinedPose,
     difference,
-    fit_edge_lines,
     perturb,
-    refine_pose_edges,
-    refine_pose_lines,
 )
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.systematics import Systematics

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from rvdnav.pose import LineMeasurements, RectifiedCameras, RefinedPose, refine_pose_lines
+from rvdnav.core.pose import refine_pose_lines
+from rvdnav.pose import LineMeasurements, RectifiedCameras, RefinedPose
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.loss import Loss
 from rvdnav.pose.systematics import Systematics

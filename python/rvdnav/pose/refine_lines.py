@@ -23,8 +23,8 @@ from rvdnav.pose.so3 import perturb
 from rvdnav.pose.systematics import Systematics
 
 # Least standard deviation of what displaces an endpoint by itself, px; an edge seen end-on has only this in its tilt.
-_ENDPOINT_SIGMA = 0.02
-MIN_DISPLACEMENT = _ENDPOINT_SIGMA / math.sqrt(2.0)
+ENDPOINT_SIGMA = 0.02
+MIN_DISPLACEMENT = ENDPOINT_SIGMA / math.sqrt(2.0)
 """The same as offset and as tilt: the least that the lines are taken to show, px."""
 MAX_DISPLACEMENT = 0.7
 """The largest that is still noise rather than a wrong model, px."""
@@ -113,7 +113,7 @@ def refine_pose_lines(
     *,
     loss: Loss = "tukey",
     k: float | None = None,
-    endpoint_sigma: float = _ENDPOINT_SIGMA,
+    endpoint_sigma: float = ENDPOINT_SIGMA,
     near: bool = False,
     systematics: Systematics | None = None,
 ) -> RefinedPose:
