@@ -48,16 +48,15 @@ def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) 
     (cameras, edges) where there are none.
     """
     blur: FloatArray = expected.copy()
+    own = sampled.medians(sampled.blur, agreeing)
+    enough = sampled.count(agreeing) >= _MIN_BLURS
     for camera in range(len(blur)):
         chosen = agreeing & (sampled.camera == camera)
         if not chosen.any():
             continue
-        blur_of_view = float(np.median(sampled.blur[chosen]))
-        blur[camera] = blur_of_view
-        for edge in np.unique(sampled.edge[chosen]):
-            own = sampled.blur[chosen & (sampled.edge == edge)]
-            if len(own) >= _MIN_BLURS and abs(np.median(own) / blur_of_view - 1.0) > _OWN_BLUR:
-                blur[camera, edge] = np.median(own)
+        of_view = float(np.median(sampled.blur[chosen]))
+        apart = enough[camera] & (np.abs(own[camera] / of_view - 1.0) > _OWN_BLUR)
+        blur[camera] = np.where(apart, own[camera], of_view)
     return blur
 
 
@@ -73,11 +72,8 @@ def with_slopes(sampled: SampledEdges) -> tuple[SampledEdges, FloatArray]:
     A slope that a single profile shows may be noise, and a small one the remains of the blur's model; one that
     is seen all along an edge is there.  Returned too: by how much (cameras, edges), px, each edge moved in the middle.
     """
-    key = sampled.camera * sampled.attempted.shape[1] + sampled.edge
-    part, moved = np.zeros(sampled.attempted.size), np.zeros(sampled.attempted.size)
-    for edge in np.unique(key):
-        slope = float(np.median(sampled.slope[key == edge]))
-        part[edge] = slope**4 / (slope**4 + _SLOPE_SIGMA**4)
-        moved[edge] = abs(part[edge] * float(np.median(sampled.slope_shift[key == edge])))
-    shift = part[key] * sampled.slope_shift
-    return attrs.evolve(sampled, q=sampled.q + shift[:, None] * sampled.n), moved.reshape(sampled.attempted.shape)
+    slope = sampled.medians(sampled.slope)
+    part = slope**4 / (slope**4 + _SLOPE_SIGMA**4)
+    moved: FloatArray = np.nan_to_num(np.abs(part * sampled.medians(sampled.slope_shift)))
+    shift = part[sampled.camera, sampled.edge] * sampled.slope_shift
+    return attrs.evolve(sampled, q=sampled.q + shift[:, None] * sampled.n), moved

@@ -65,6 +65,18 @@ class SampledEdges:
         np.add.at(count, (self.camera[chosen], self.edge[chosen]), 1)
         return count
 
+    def medians(self, values: FloatArray, chosen: BoolArray | None = None) -> FloatArray:
+        """(cameras, edges) of values (n,), of each edge's samples or the chosen ones (n,); NaN where there are none."""
+        key = self.camera * self.attempted.shape[1] + self.edge
+        if chosen is not None:
+            key, values = key[chosen], values[chosen]
+        order = np.lexsort((values, key))
+        values = np.append(values[order], np.nan)
+        end = np.searchsorted(key[order], np.arange(1, self.attempted.size + 1))
+        start = np.append(0, end[:-1])
+        middle = 0.5 * (values[(start + end - 1) // 2] + values[(start + end) // 2])
+        return np.where(end > start, middle, np.nan).reshape(self.attempted.shape)
+
 
 def sample_edges(
     core: Core,
