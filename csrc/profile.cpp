@@ -51,17 +51,21 @@ double interpolate(const GreyView& image, double u, double v) {
   return sum;
 }
 
-// Grey values across the edge at a rectified point; the lens is taken as straight between the middle and either end.
+// Between the centres of the image's border pixels; a NaN is not.
+bool is_on(const GreyView& image, double u, double v) {
+  return u >= 0.0 && v >= 0.0 && u < image.width - 1 && v < image.height - 1;
+}
+
+// Grey values across the edge at a rectified point whose raw place is given; the lens is taken as straight between the
+// middle and either end.
 bool sample_profile(const rvdnav_rig& rig, int32_t camera, const GreyView& image, const Eigen::Vector2d& p,
-                    const Eigen::Vector2d& normal, double half_width, Profile* profile) {
-  const double offset[3] = {-half_width, 0.0, half_width};
-  double u[3];
-  double v[3];
-  for (int32_t i = 0; i < 3; ++i) {
-    const Eigen::Vector2d q = p + offset[i] * normal;
-    rect_to_raw(rig, camera, q.x(), q.y(), &u[i], &v[i]);
-    // Written so that a NaN fails.
-    if (!(u[i] >= 0.0 && v[i] >= 0.0 && u[i] < image.width - 1 && v[i] < image.height - 1)) return false;
+                    const Eigen::Vector2d& raw, const Eigen::Vector2d& normal, double half_width, Profile* profile) {
+  double u[3] = {0.0, raw.x(), 0.0};
+  double v[3] = {0.0, raw.y(), 0.0};
+  for (const int32_t end : {0, 2}) {
+    const Eigen::Vector2d q = p + (end - 1) * half_width * normal;
+    rect_to_raw(rig, camera, q.x(), q.y(), &u[end], &v[end]);
+    if (!is_on(image, u[end], v[end])) return false;
   }
   const int32_t half = static_cast<int32_t>(half_width / kProfileSpacing);
   profile->count = 2 * half + 1;
@@ -95,14 +99,14 @@ bool find_start(const Profile& profile, int32_t polarity, double half_width, dou
 
 }  // namespace
 
-uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& image, const rvdnav_model_edge& edge,
-                      int32_t edge_index, const ProfileSettings& settings, rvdnav_edge_sample* samples,
-                      uint32_t capacity, uint32_t* total) {
+ProfileCount measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& image, const rvdnav_model_edge& edge,
+                          int32_t edge_index, const ProfileSettings& settings, rvdnav_edge_sample* samples,
+                          uint32_t capacity) {
   const Eigen::Vector2d start(edge.x0, edge.y0);
   const Eigen::Vector2d span = Eigen::Vector2d(edge.x1, edge.y1) - start;
   const double length = span.norm();
-  *total = 0;
-  if (!(length > 1e-6)) return 0;
+  ProfileCount count = {0, 0};
+  if (!(length > 1e-6)) return count;
   const Eigen::Vector2d normal(-span.y() / length, span.x() / length);
   const double blur = edge.blur > 0.0 ? edge.blur : settings.blur_sigma;
   const Surroundings sloped = surroundings(edge.face, blur);
@@ -111,38 +115,40 @@ uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& ima
   const bool slopes = edge.face != 0.0 && sloped.other == 0.0;
   const double sampled = profile_reach(settings.half_width, edge.face, blur);
   const int32_t n = std::max(static_cast<int32_t>(length / settings.step), 1);
-  uint32_t count = 0;
   for (int32_t i = 0; i < n; ++i) {
     const double fraction = (i + 0.5) / n;
     const Eigen::Vector2d p = start + fraction * span;
+    Eigen::Vector2d raw;
+    rect_to_raw(rig, camera, p.x(), p.y(), &raw.x(), &raw.y());
+    if (!is_on(image, raw.x(), raw.y())) continue;
+    ++count.on_image;
     Profile profile;
     double t0 = 0.0;
     Step step = {};
-    if (!sample_profile(rig, camera, image, p, normal, sampled, &profile) ||
+    if (!sample_profile(rig, camera, image, p, raw, normal, sampled, &profile) ||
         !find_start(profile, edge.polarity, settings.half_width, blur, &t0) ||
         !fit_step(profile, blur, settings.half_width, first, {t0, 0.0, blur, 0.0, 0.0}, &step))
       continue;
     const int32_t polarity = step.contrast > 0.0 ? 1 : -1;
     if (edge.polarity != 0 && polarity != edge.polarity) continue;
-    ++*total;
-    if (count >= capacity) continue;
+    if (++count.found > capacity) continue;
     Step beside = {};
     const bool known = slopes && fit_step(profile, blur, settings.half_width, sloped, step, &beside) &&
                        beside.contrast * step.contrast > 0.0;
     const Eigen::Vector2d q = p + step.t0 * normal;
-    samples[count++] = {edge_index,
-                        polarity,
-                        fraction,
-                        q.x(),
-                        q.y(),
-                        normal.x(),
-                        normal.y(),
-                        step.t0,
-                        std::abs(step.contrast),
-                        step.sigma,
-                        step.blur,
-                        known ? beside.t0 - step.t0 : 0.0,
-                        known ? beside.slope : 0.0};
+    samples[count.found - 1] = {edge_index,
+                                polarity,
+                                fraction,
+                                q.x(),
+                                q.y(),
+                                normal.x(),
+                                normal.y(),
+                                step.t0,
+                                std::abs(step.contrast),
+                                step.sigma,
+                                step.blur,
+                                known ? beside.t0 - step.t0 : 0.0,
+                                known ? beside.slope : 0.0};
   }
   return count;
 }

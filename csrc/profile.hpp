@@ -17,10 +17,15 @@ struct ProfileSettings {
 
 constexpr double kMaxHalfWidth = 12.0;
 
-// One profile every step pixels; those off the image or without a usable step are left out.  Samples carry edge_index.
-// Returns the number written; *total counts all.
-uint32_t measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& image, const rvdnav_model_edge& edge,
-                      int32_t edge_index, const ProfileSettings& settings, rvdnav_edge_sample* samples,
-                      uint32_t capacity, uint32_t* total);
+struct ProfileCount {
+  uint32_t found;     // usable steps, of which the first ones were written
+  uint32_t on_image;  // profiles whose middle lies on the image
+};
+
+// One profile every step pixels; those off the image or without a usable step are left out.  Samples carry edge_index;
+// as many as capacity are written.
+ProfileCount measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView& image, const rvdnav_model_edge& edge,
+                          int32_t edge_index, const ProfileSettings& settings, rvdnav_edge_sample* samples,
+                          uint32_t capacity);
 
 }  // namespace rvdnav

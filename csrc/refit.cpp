@@ -78,8 +78,8 @@ void refit_line(const rvdnav_rig& rig, int32_t camera, const GreyView& image, do
   const rvdnav_model_edge edge = {a.x(), a.y(), b.x(), b.y(), 0.0, 0.0, 0, 0};
   const ProfileSettings settings = {kHalfWidth, std::max(length / kMaxSamples, 1.0), blur_sigma};
   rvdnav_edge_sample samples[kMaxSamples];
-  uint32_t total = 0;
-  const uint32_t n = measure_edge(rig, camera, image, edge, 0, settings, samples, kMaxSamples, &total);
+  const ProfileCount count = measure_edge(rig, camera, image, edge, 0, settings, samples, kMaxSamples);
+  const uint32_t n = std::min(count.found, kMaxSamples);
   if (n < kMinSamples) return;
   double t[kMaxSamples];
   double y[kMaxSamples];

@@ -1,18 +1,21 @@
 // Stages 7 to 9, each by itself.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "abi/abi.hpp"
 #include "epipolar.hpp"
 #include "profile.hpp"
+#include "sampling.hpp"
 #include "triangulate.hpp"
 
 using namespace rvdnav;
 
 namespace {
 
-constexpr double kMinStep = 0.05;  // pixels; bounds the number of profiles
-constexpr double kMaxBlur = 10.0;  // pixels
+constexpr double kMinStep = 0.05;         // pixels; bounds the number of profiles
+constexpr double kMaxBlur = 10.0;         // pixels
+constexpr uint32_t kMostSeen = 1U << 16;  // edges in a call
 
 bool is_near(double value) { return std::abs(value) <= kFar; }  // false for a NaN
 
@@ -20,6 +23,18 @@ bool is_usable(const rvdnav_model_edge& edge) {
   return is_near(edge.x0) && is_near(edge.y0) && is_near(edge.x1) && is_near(edge.y1) && is_near(edge.face) &&
          edge.blur >= 0.0 && edge.blur <= kMaxBlur && edge.polarity >= -1 && edge.polarity <= 1;
 }
+
+// Written so that a NaN fails.
+bool is_usable(const rvdnav_rig& rig, const rvdnav_seen_edge& edge) {
+  for (int32_t end = 0; end < 2; ++end) {
+    const double* p = edge.ends[end];
+    if (!(std::isfinite(p[0]) && std::isfinite(p[1]) && p[2] > 0.0 && std::abs(edge.offset[end]) <= kFar)) return false;
+  }
+  return edge.camera >= 0 && edge.camera < rig.camera_count && std::isfinite(edge.face) && edge.blur >= 0.0 &&
+         edge.blur <= kMaxBlur && edge.polarity >= -1 && edge.polarity <= 1;
+}
+
+bool is_half_width(double value) { return value >= 1.0 && value <= kMaxHalfWidth; }
 
 rvdnav_status check_stereo(const rvdnav_context* context) {
   RVDNAV_TRY(check_context(context));
@@ -37,8 +52,7 @@ rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, cons
     return RVDNAV_ERROR_NULL;
   }
   // Written so that a NaN fails.
-  if (!(half_width >= 1.0 && half_width <= kMaxHalfWidth && step >= kMinStep && step <= kFar && blur_sigma >= 0.0 &&
-        blur_sigma <= kMaxBlur)) {
+  if (!(is_half_width(half_width) && step >= kMinStep && step <= kFar && blur_sigma >= 0.0 && blur_sigma <= kMaxBlur)) {
     return RVDNAV_ERROR_ARGUMENT;
   }
   const Context& c = context->context;
@@ -47,12 +61,37 @@ rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t camera, cons
   uint32_t total = 0;
   for (uint32_t i = 0; i < edge_count; ++i) {
     if (!is_usable(edges[i])) return RVDNAV_ERROR_ARGUMENT;
-    uint32_t found = 0;
-    written += measure_edge(c.rig, camera, grey_view(*image), edges[i], static_cast<int32_t>(i), settings,
-                            samples + written, capacity - written, &found);
-    total += found;
+    const ProfileCount found = measure_edge(c.rig, camera, grey_view(*image), edges[i], static_cast<int32_t>(i),
+                                            settings, samples + written, capacity - written);
+    written += std::min(found.found, capacity - written);
+    total += found.found;
   }
   return finish_list(written, total, count);
+}
+
+rvdnav_status rvdnav_sample_edges(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
+                                  const rvdnav_seen_edge* edges, uint32_t edge_count, double half_width,
+                                  double shortest, rvdnav_edge_sample* samples, uint32_t capacity, uint32_t* count,
+                                  rvdnav_edge_coverage* coverage) {
+  RVDNAV_TRY(check_context(context));
+  const Context& c = context->context;
+  if (count == nullptr || (edge_count > 0 && (edges == nullptr || samples == nullptr || coverage == nullptr))) {
+    return RVDNAV_ERROR_NULL;
+  }
+  if (edge_count > kMostSeen || !is_half_width(half_width) || !(shortest >= 0.0)) return RVDNAV_ERROR_ARGUMENT;
+  const rvdnav_image* const given[RVDNAV_CAMERAS] = {left, right};
+  GreyView images[RVDNAV_CAMERAS] = {};
+  for (uint32_t i = 0; i < edge_count; ++i) {
+    if (!is_usable(c.rig, edges[i])) return RVDNAV_ERROR_ARGUMENT;
+    const rvdnav_image* image = given[edges[i].camera];
+    RVDNAV_TRY(check_image(context, image));
+    images[edges[i].camera] = grey_view(*image);
+  }
+  *count = static_cast<uint32_t>(kMostProfiles) * edge_count;
+  if (capacity < *count) return RVDNAV_ERROR_CAPACITY;
+  const ProfileSettings settings = {half_width, 1.0, c.config.blur_sigma};
+  *count = sample_edges(c.rig, images, edges, edge_count, shortest, settings, samples, coverage);
+  return RVDNAV_OK;
 }
 
 rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,

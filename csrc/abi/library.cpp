@@ -60,6 +60,8 @@ uint32_t rvdnav_struct_size(const char* name) {
       {"rvdnav_window", sizeof(rvdnav_window)},
       {"rvdnav_line", sizeof(rvdnav_line)},
       {"rvdnav_model_edge", sizeof(rvdnav_model_edge)},
+      {"rvdnav_seen_edge", sizeof(rvdnav_seen_edge)},
+      {"rvdnav_edge_coverage", sizeof(rvdnav_edge_coverage)},
       {"rvdnav_edge_sample", sizeof(rvdnav_edge_sample)},
       {"rvdnav_calibration_effect", sizeof(rvdnav_calibration_effect)},
       {"rvdnav_measured_line", sizeof(rvdnav_measured_line)},

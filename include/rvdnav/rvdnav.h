@@ -255,6 +255,22 @@ typedef struct rvdnav_model_edge {
   int32_t reserved;
 } rvdnav_model_edge;
 
+/* What a camera sees of one of the target's edges, to be measured where a pose puts it. */
+typedef struct rvdnav_seen_edge {
+  double ends[2][3]; /* in the rectified axes from the camera's centre, metres; in front of it */
+  double offset[2];  /* by which the ends lie beside their projections, pixels, towards the normal (-(y1-y0), x1-x0) */
+  double face;       /* as of rvdnav_model_edge; unknown beyond 1e4 */
+  double blur;       /* standard deviation of its step's blur, pixels [0, 10]; 0: that of the configuration */
+  int32_t camera;
+  int32_t polarity;  /* +1: brighter towards the normal, -1: darker, 0: either */
+} rvdnav_seen_edge;
+
+/* What of a seen edge could be measured. */
+typedef struct rvdnav_edge_coverage {
+  int32_t placed;   /* it was long enough, with both ends within 1e4 pixels of the principal point */
+  int32_t profiles; /* across it, with their middles on the image */
+} rvdnav_edge_coverage;
+
 /* One profile across a model edge. */
 typedef struct rvdnav_edge_sample {
   int32_t edge;    /* index into the model edges */
@@ -519,6 +535,14 @@ RVDNAV_API rvdnav_status rvdnav_measure_edges(rvdnav_context* context, int32_t c
                                               const rvdnav_model_edge* edges, uint32_t edge_count, double half_width,
                                               double step, double blur_sigma, rvdnav_edge_sample* samples,
                                               uint32_t capacity, uint32_t* count);
+/* The same for the target's edges where a pose puts them: 80 profiles at most across each of up to 65536 edges, and none
+ * within 3 pixels of its ends.  shortest: edges below that length, pixels, are left out.  An image that no edge is seen in
+ * may be null.  capacity: at least 80 for each edge.  coverage: of each edge. */
+RVDNAV_API rvdnav_status rvdnav_sample_edges(rvdnav_context* context, const rvdnav_image* left,
+                                             const rvdnav_image* right, const rvdnav_seen_edge* edges,
+                                             uint32_t edge_count, double half_width, double shortest,
+                                             rvdnav_edge_sample* samples, uint32_t capacity, uint32_t* count,
+                                             rvdnav_edge_coverage* coverage);
 /* Matches left points (x, y and bar of each element) along the rows of the right image, and triangulates what it accepts. */
 RVDNAV_API rvdnav_status rvdnav_correlate(rvdnav_context* context, const rvdnav_image* left, const rvdnav_image* right,
                                           rvdnav_match* matches, uint32_t match_count);

@@ -220,6 +220,51 @@ TEST_CASE("derivatives with respect to the calibration check what they are given
   CHECK(status(usable) == RVDNAV_ERROR_STRUCT_SIZE);
 }
 
+TEST_CASE("seen edges are checked, and placed only where they may be seen") {
+  const scene::Owner owner(scene::config(), scene::rig(), nullptr);
+  REQUIRE(owner.status == RVDNAV_OK);
+  const std::vector<uint8_t> pixels(static_cast<size_t>(scene::kWidth) * scene::kHeight, 80);
+  const rvdnav_image image = scene::image(pixels);
+  const rvdnav_seen_edge usable = {{{-0.1, 0.0, 1.0}, {0.1, 0.0, 1.0}}, {0.0, 0.0}, 0.0, 0.0, 1, 0};
+  std::vector<rvdnav_edge_sample> samples(80);
+  rvdnav_edge_coverage coverage = {};
+  uint32_t count = 0;
+  const auto status = [&](const rvdnav_seen_edge& edge, const rvdnav_image* right, double shortest = 0.0) {
+    return rvdnav_sample_edges(owner.context, nullptr, right, &edge, 1, 2.5, shortest, samples.data(), 80, &count,
+                               &coverage);
+  };
+  CHECK(status(usable, &image) == RVDNAV_OK);
+  CHECK(count == 0);  // the image is even
+  CHECK(coverage.placed == 1);
+  CHECK(coverage.profiles > 60);
+  CHECK(status(usable, &image, 500.0) == RVDNAV_OK);
+  CHECK(coverage.placed == 0);
+  CHECK(coverage.profiles == 0);
+  rvdnav_seen_edge edge = usable;
+  edge.ends[0][2] = 1e-9;
+  CHECK(status(edge, &image) == RVDNAV_OK);
+  CHECK(coverage.placed == 0);
+  CHECK(status(usable, nullptr) == RVDNAV_ERROR_NULL);
+  CHECK(status(usable, &image, kNan) == RVDNAV_ERROR_ARGUMENT);
+  for (double* value : {&edge.ends[1][0], &edge.ends[1][2], &edge.offset[0], &edge.face, &edge.blur}) {
+    edge = usable;
+    *value = kNan;
+    CHECK(status(edge, &image) == RVDNAV_ERROR_ARGUMENT);
+  }
+  edge = usable;
+  edge.camera = -1;
+  CHECK(status(edge, &image) == RVDNAV_ERROR_ARGUMENT);
+  edge = usable;
+  edge.polarity = 2;
+  CHECK(status(edge, &image) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(rvdnav_sample_edges(owner.context, nullptr, &image, &usable, 1, 2.5, 0.0, samples.data(), 79, &count,
+                            &coverage) == RVDNAV_ERROR_CAPACITY);
+  CHECK(count == 80);
+  CHECK(rvdnav_sample_edges(owner.context, nullptr, nullptr, nullptr, 0, 2.5, 0.0, nullptr, 0, &count, nullptr) ==
+        RVDNAV_OK);
+  CHECK(count == 0);
+}
+
 TEST_CASE("a stride changes nothing") {
   const scene::Owner owner(scene::config(), scene::rig(), nullptr);
   REQUIRE(owner.status == RVDNAV_OK);

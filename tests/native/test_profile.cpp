@@ -28,9 +28,9 @@ rvdnav_model_edge edge_along(const Line2& line, double off, double t_from, doubl
 std::vector<rvdnav_edge_sample> measure(const rvdnav_rig& rig, const plain::Grey& image, const rvdnav_model_edge& edge,
                                         const ProfileSettings& settings = kSettings, int camera = 0) {
   std::vector<rvdnav_edge_sample> samples(512);
-  uint32_t total = 0;
-  samples.resize(measure_edge(rig, camera, image.view(), edge, 3, settings, samples.data(), 512, &total));
-  CHECK(total == samples.size());
+  const ProfileCount count = measure_edge(rig, camera, image.view(), edge, 3, settings, samples.data(), 512);
+  CHECK(count.found <= count.on_image);
+  samples.resize(count.found);
   return samples;
 }
 
@@ -230,10 +230,10 @@ TEST_CASE("a full array keeps its place and the total tells of the rest") {
   const plain::Grey image = draw(rig, 0, line, {60.0, kLensBlur, {{0.0, 90.0}}}, 1.0, random);
   std::vector<rvdnav_edge_sample> samples(6);
   samples[5].edge = -7;
-  uint32_t total = 0;
-  CHECK(measure_edge(rig, 0, image.view(), edge_along(line, 0.0, -40, 40), 0, kSettings, samples.data(), 5, &total) ==
-        5);
-  CHECK(total == 80);
+  const ProfileCount count =
+      measure_edge(rig, 0, image.view(), edge_along(line, 0.0, -40, 40), 0, kSettings, samples.data(), 5);
+  CHECK(count.found == 80);
+  CHECK(count.on_image == 80);
   CHECK(samples[5].edge == -7);
   CHECK(samples[0].fraction < samples[4].fraction);
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rvdnav.core import LIBRARY_PATH, WINDOW, Core, unpack_edges
+from rvdnav.core import LIBRARY_PATH, SEEN_EDGE, WINDOW, Core, unpack_edges
 from rvdnav.core.library import ffi, lib, load
 from rvdnav.errors import CoreError
 from rvdnav.pose import triangulate
@@ -162,6 +162,41 @@ def test_edge_samples_lie_on_the_true_edges(core, sequence, frame, edges):
         found = np.column_stack([samples["x"], samples["y"]])
         assert np.allclose(found, foot + samples["offset"][:, None] * normal, atol=1e-9)
         assert np.allclose(np.sum(normal * (b - a), axis=1), 0.0, atol=1e-6)
+
+
+def test_seen_edges_are_measured_where_the_rig_projects_them(core, sequence, frame, edges):
+    """As by measure_edges between the ends that the rig's Python model gives, both views in one call."""
+    rig, images = sequence.rig, (frame.left.pixels, frame.right.pixels)
+    offset = np.linspace(-1.0, 1.0, 32).reshape(2, 8, 2)
+    seen = np.zeros(16, SEEN_EDGE)
+    seen["camera"], seen["blur"], seen["offset"] = np.repeat([0, 1], 8), 0.8, offset.reshape(16, 2)
+    for camera in (0, 1):
+        seen["ends"][8 * camera :][:8] = (edges - rig.T_world_cam[camera][:3, 3]) @ rig.R_world_rect
+    found, coverage = core.sample_edges(images, seen, 2.5)
+    assert coverage["placed"].all()
+    for camera, image in enumerate(images):
+        ends = rig.project_rect(camera, edges)
+        span = ends[:, 1] - ends[:, 0]
+        normal = np.column_stack([-span[:, 1], span[:, 0]]) / np.linalg.norm(span, axis=1)[:, None]
+        ends += offset[camera][:, :, None] * normal[:, None]
+        span = ends[:, 1] - ends[:, 0]
+        length = np.linalg.norm(span, axis=1)
+        margin = (3.0 / length)[:, None] * span
+        step = max(1.0, float(length.max()) / 80.0)
+        model = np.concatenate([ends[:, 0] + margin, ends[:, 1] - margin], axis=1)
+        expected = core.measure_edges(camera, image, model, 0, 2.5, step, blur_sigma=0.8)
+        own = found[found["edge"] // 8 == camera]
+        assert np.array_equal(own["edge"] % 8, expected["edge"])
+        for name in ("fraction", "x", "y", "sigma"):
+            np.testing.assert_allclose(own[name], expected[name], atol=1e-7)
+        fraction = (np.arange(80) + 0.5) / 80
+        middles = model[:, None, :2] + fraction[:, None] * (model[:, None, 2:] - model[:, None, :2])
+        on_image = rig.on_image(rig.rect_to_raw(camera, middles)).mean(axis=1)
+        profiles = coverage["profiles"][8 * camera :][:8]
+        assert np.allclose(profiles, on_image * ((length - 6.0) / step).astype(int), atol=2.0)
+    short = core.sample_edges(images, seen, 2.5, shortest=1e3)
+    assert len(short[0]) == 0
+    assert not short[1]["placed"].any()
 
 
 def test_triangulation_is_the_papers(core, sequence):

@@ -2,7 +2,7 @@
 
 from rvdnav.core.calibration import LineEffect
 from rvdnav.core.core import Core
-from rvdnav.core.layout import BAR, EDGE_SAMPLE, EDGEL, LINE, MATCH, PEAK, SEGMENT, WINDOW
+from rvdnav.core.layout import BAR, EDGE_SAMPLE, EDGEL, LINE, MATCH, PEAK, SEEN_EDGE, SEGMENT, WINDOW
 from rvdnav.core.library import LIBRARY_PATH
 from rvdnav.core.pictures import FieldSigns, digest, field_signs, noise_median
 from rvdnav.core.results import Bracket, FrameResult, ViewResult
@@ -16,6 +16,7 @@ __all__ = [
     "LINE",
     "MATCH",
     "PEAK",
+    "SEEN_EDGE",
     "SEGMENT",
     "WINDOW",
     "Bracket",

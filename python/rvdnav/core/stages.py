@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -13,6 +15,8 @@ from rvdnav.core.status import check
 
 THETA_BINS = 180
 """Rows of the Hough accumulator: theta = -45 .. 134 degrees."""
+
+_MOST_PROFILES = 80  # across an edge, of sample_edges
 
 UInt8Array = NDArray[np.uint8]
 UInt16Array = NDArray[np.uint16]
@@ -164,6 +168,29 @@ class Stages(Context):
             layout.EDGE_SAMPLE,
             min(guess, 1 << 16),
         )
+
+    def sample_edges(
+        self, images: Sequence[UInt8Array | None], edges: Records, half_width: float, shortest: float = 0.0
+    ) -> tuple[RecordArray, RecordArray]:
+        """EDGE_SAMPLE records: steps across a target's edges (SEEN_EDGE records) where a pose puts them; and
+        EDGE_COVERAGE records: what of each edge could be measured.
+
+        images: of each camera, None where no edge is seen in it.  half_width: of the profiles, px; edges shorter than
+        shortest, px, are left out.
+        """
+        edges = records(edges, layout.SEEN_EDGE)
+        given = [(ffi.NULL, None) if image is None else image_argument(image) for image in images]
+        left, right = ([c_image for c_image, _ in given] + [ffi.NULL])[:2]
+        coverage = np.zeros(len(edges), layout.EDGE_COVERAGE)
+        args = left, right, pointer(edges, "rvdnav_seen_edge *"), len(edges), half_width, shortest
+        covered = pointer(coverage, "rvdnav_edge_coverage *")
+        samples = collect(
+            lambda out, capacity, count: lib.rvdnav_sample_edges(self.handle, *args, out, capacity, count, covered),
+            "rvdnav_edge_sample *",
+            layout.EDGE_SAMPLE,
+            _MOST_PROFILES * len(edges),
+        )
+        return samples, coverage
 
     def correlate(self, left: UInt8Array, right: UInt8Array, xy: ArrayLike) -> RecordArray:
         """MATCH records of the left rectified points xy (n, 2), found along the rows of the right image."""

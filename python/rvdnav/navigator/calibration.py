@@ -14,8 +14,8 @@ from attrs import frozen
 from numpy.polynomial.chebyshev import chebvander2d
 
 from rvdnav.core import LineEffect
-from rvdnav.navigator.geometry import rectified_cameras
-from rvdnav.pose import LineMeasurements, PoseError, RefinedPose
+from rvdnav.navigator.geometry import rectified_cameras, rectified_ends
+from rvdnav.pose import LineMeasurements, PoseError, RectifiedCameras, RefinedPose
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig, calibration_steps
 
@@ -66,12 +66,14 @@ class CalibrationEffect:
 
         Raises PoseError if an endpoint is not in front of its camera.
         """
-        cameras = rectified_cameras(self.rig)
-        points_W = lines.endpoints_C @ T_world_target[:3, :3].T + T_world_target[:3, 3]
-        ends = (points_W - cameras.centers[lines.camera][:, None]) @ cameras.R_rect_world.T
+        ends = rectified_ends(self._cameras, lines.camera, T_world_target, lines.endpoints_C)
         if not (ends[:, :, 2] > 0.0).all():
             raise PoseError("an edge is not in front of the camera")
         return self._by_line.derivatives(lines.camera, lines.rho, lines.theta, ends)
+
+    @cached_property
+    def _cameras(self) -> RectifiedCameras:
+        return rectified_cameras(self.rig)
 
     @cached_property
     def _by_line(self) -> LineEffect:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rvdnav.pose import RectifiedCameras
-from rvdnav.pose.arrays import BoolArray, FloatArray
+from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig
 
 FAR_PX = 1e4
@@ -16,6 +16,16 @@ def rectified_cameras(rig: Rig) -> RectifiedCameras:
     """The rig's rectified cameras for the pose mathematics."""
     centers = np.stack([T[:3, 3] for T in rig.T_world_cam])
     return RectifiedCameras(rig.focal_rect, centers, rig.R_world_rect.T)
+
+
+def rectified_ends(
+    cameras: RectifiedCameras, camera: IntArray, T_world_target: FloatArray, edge_points: FloatArray
+) -> FloatArray:
+    """Ends (n, 2, 3) of edges (n, 2, 3) of the target in the rectified axes of their cameras (n,), from those' centres,
+    m."""
+    points_W = edge_points @ T_world_target[:3, :3].T + T_world_target[:3, 3]
+    ends: FloatArray = (points_W - cameras.centers[camera][:, None]) @ cameras.R_rect_world.T
+    return ends
 
 
 def project_edges(

@@ -5,17 +5,15 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from rvdnav.core import Core
+from rvdnav.core import SEEN_EDGE, Core
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.geometry import FAR_PX, moved_ends, project_edges, rectified_cameras, within_reach
+from rvdnav.navigator.geometry import rectified_cameras, rectified_ends
 from rvdnav.navigator.views import Images
+from rvdnav.navigator.visibility import Pieces
 from rvdnav.pose import PoseError
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.rig import Rig
 
-# Corners blend two edges: this much of an edge's ends is not sampled, px.
-_END_MARGIN_PX = 3.0
-_MAX_SAMPLES_PER_EDGE = 80
 # A part of an edge that is shorter than this is not worth a look, px.
 _MIN_PART_PX = 10.0
 # The most that the core takes; each round may find up to twice the blur of the one before.
@@ -99,47 +97,34 @@ def sample_edges(
     the cameras.
     """
     cameras = rectified_cameras(rig)
-    attempted = np.zeros((len(images), len(model)), np.int64)
-    spans = np.repeat(model.edge_points[None], len(images), axis=0)
-    camera_parts, found_parts = [], []
-    for camera, image in enumerate(images):
-        if image is None:
-            continue
-        pieces = model.visible_pieces(T_world_target, cameras.centers[camera])
-        xy, _ = project_edges(cameras, camera, T_world_target, pieces.points)
-        if offsets is not None:
-            xy = moved_ends(xy, model.parts(pieces.edge, pieces.points), offsets[camera, pieces.edge])
-        span = xy[:, 1] - xy[:, 0]
-        length = np.linalg.norm(span, axis=1)
-        chosen = within_reach(xy)
-        if model.faces is not None:
-            chosen &= length >= _MIN_PART_PX
-        if not chosen.any():
-            continue
-        pieces, xy, span, length = pieces.only(chosen), xy[chosen], span[chosen], length[chosen]
-        spans[camera] = pieces.spans(model.edge_points)
-        margin = np.minimum(_END_MARGIN_PX / np.maximum(length, 1e-9), 0.45)[:, None]
-        ends = np.stack([xy[:, 0] + margin * span, xy[:, 1] - margin * span], axis=1)
-        step = max(1.0, float(length.max(initial=0.0)) / _MAX_SAMPLES_PER_EDGE)
-        wanted = polarity[camera, pieces.edge]
-        face, blur = np.zeros(len(wanted)), 0.0
-        if surroundings is not None:
-            known = surroundings.face[camera, pieces.edge]
-            face = np.where(np.abs(known) <= FAR_PX, known, 0.0)
-            blur = np.minimum(surroundings.blur[camera, pieces.edge], _MAX_BLUR_PX)
-        found = core.measure_edges(
-            camera, image, ends.reshape(-1, 4), wanted, half_width, step, face=face, blur_sigma=blur
-        )
-        found["edge"] = pieces.edge[found["edge"]]
-        np.add.at(attempted[camera], pieces.edge, _profiles_on_image(rig, camera, ends, step))
-        camera_parts.append(np.full(len(found), camera, np.int64))
-        found_parts.append(found)
-    if not found_parts:
+    shown = [k for k, image in enumerate(images) if image is not None]
+    of_view = [model.visible_pieces(T_world_target, cameras.centers[k]) for k in shown]
+    camera = np.repeat(shown, [len(pieces.edge) for pieces in of_view])
+    edge = np.concatenate([pieces.edge for pieces in of_view])
+    points = np.concatenate([pieces.points for pieces in of_view])
+    seen = np.zeros(len(edge), SEEN_EDGE)
+    seen["camera"], seen["polarity"] = camera, polarity[camera, edge]
+    seen["ends"] = ends = rectified_ends(cameras, camera, T_world_target, points)
+    if not (ends[:, :, 2] > 0.0).all():
+        raise PoseError("a point of the target is not in front of the camera")
+    if offsets is not None:
+        of_edge = offsets[camera, edge]
+        seen["offset"] = of_edge[:, :1] + model.parts(edge, points) * (of_edge[:, 1:] - of_edge[:, :1])
+    if surroundings is not None:
+        seen["face"] = surroundings.face[camera, edge]
+        seen["blur"] = np.minimum(surroundings.blur[camera, edge], _MAX_BLUR_PX)
+    found, coverage = core.sample_edges(images, seen, half_width, 0.0 if model.faces is None else _MIN_PART_PX)
+    placed = coverage["placed"] != 0
+    if not placed.any():
         raise PoseError("no edge of the target is in sight")
-    found = np.concatenate(found_parts)
+    attempted = np.zeros((len(images), len(model)), np.int64)
+    np.add.at(attempted, (camera, edge), coverage["profiles"])
+    spans = np.repeat(model.edge_points[None], len(images), axis=0)
+    for k in shown:
+        spans[k] = Pieces(edge, points).only(placed & (camera == k)).spans(model.edge_points)
     return SampledEdges(
-        camera=np.concatenate(camera_parts),
-        edge=found["edge"].astype(np.int64),
+        camera=camera[found["edge"]],
+        edge=edge[found["edge"]],
         q=np.column_stack([found["x"], found["y"]]),
         n=np.column_stack([found["nx"], found["ny"]]),
         sigma=found["sigma"].astype(np.float64),
@@ -150,15 +135,3 @@ def sample_edges(
         attempted=attempted,
         spans=spans,
     )
-
-
-def _profiles_on_image(rig: Rig, camera: int, ends: FloatArray, step: float) -> IntArray:
-    """How many profiles along each edge (m, 2, 2) have their middle on the image."""
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    count = np.maximum((length / step).astype(np.int64), 1)
-    edge = np.repeat(np.arange(len(ends)), count)
-    number = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    fraction = (number + 0.5) / count[edge]
-    uv = rig.rect_to_raw(camera, ends[edge, 0] + fraction[:, None] * (ends[edge, 1] - ends[edge, 0]))
-    inside = (uv > 0.0).all(axis=1) & (uv < np.array([rig.width - 1, rig.height - 1])).all(axis=1)
-    return np.bincount(edge, inside, minlength=len(ends)).astype(np.int64)
