@@ -240,16 +240,18 @@ uint32_t touching(uint32_t pixels, const Around& kept) {
 
 }  // namespace
 
-void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, uint32_t* kept) {
+void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, const Kernels& kernels, uint32_t* kept) {
   if (min_run <= 1) return;
   const int32_t words = edge_row_words(w);
   for (ptrdiff_t i = 0; i < static_cast<ptrdiff_t>(words) * h; ++i) kept[i] = 0;
   Bits edges(bits, w, h), keepers(kept, w, h);
   for (int32_t y = 0; y < h; ++y) {
+    const ptrdiff_t row = static_cast<ptrdiff_t>(y) * words;
+    // Most pixels go on with an edge that is already kept.
+    if (y > 0 && !kernels.touching_row(bits + row, kept + row - words, words, kept + row)) continue;
     for (int32_t k = 0; k < words; ++k) {
-      const ptrdiff_t i = static_cast<ptrdiff_t>(y) * words + k;
-      if (bits[i] == 0) continue;
-      // Most pixels go on with an edge that is already kept.
+      const ptrdiff_t i = row + k;
+      if ((bits[i] & ~kept[i]) == 0) continue;
       kept[i] |= touching(bits[i], neighbours_of_word(kept, words, h, k, y));
       while ((bits[i] & ~kept[i]) != 0) {
         const int32_t x = 32 * k + lowest_bit(bits[i] & ~kept[i]);

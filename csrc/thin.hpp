@@ -10,7 +10,7 @@ constexpr int32_t kMaxMinRun = 64;
 
 // Removes 8-connected components of fewer than min_run pixels (0..kMaxMinRun): specks and short runs.  kept: scratch of
 // as many words as bits.  At most min_run pixels are looked at for each edge pixel.
-void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, uint32_t* kept);
+void filter_edges(uint32_t* bits, int32_t w, int32_t h, int32_t min_run, const Kernels& kernels, uint32_t* kept);
 
 // Work memory of thin.
 struct ThinScratch {

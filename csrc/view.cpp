@@ -17,18 +17,10 @@ namespace {
 
 constexpr uint8_t kSaturated = 250;  // grey level
 
-void measure_light(const GreyView& image, rvdnav_view_result* result) {
+void measure_light(const GreyView& image, const Kernels& kernels, rvdnav_view_result* result) {
   uint64_t sum = 0;
   uint32_t saturated = 0;
-  for (int32_t y = 0; y < image.height; ++y) {
-    const uint8_t* row = image.row(y);
-    uint32_t row_sum = 0;
-    for (int32_t x = 0; x < image.width; ++x) {
-      row_sum += row[x];
-      saturated += row[x] >= kSaturated ? 1U : 0U;
-    }
-    sum += row_sum;
-  }
+  for (int32_t y = 0; y < image.height; ++y) kernels.light_row(image.row(y), image.width, kSaturated, &sum, &saturated);
   const uint64_t pixels = static_cast<uint64_t>(image.width) * static_cast<uint64_t>(image.height);
   result->mean_grey = static_cast<double>(sum) / static_cast<double>(pixels);
   result->saturated_permille = static_cast<uint32_t>(uint64_t{1000} * saturated / pixels);
@@ -36,9 +28,7 @@ void measure_light(const GreyView& image, rvdnav_view_result* result) {
 
 uint32_t count_edges(const uint32_t* bits, int32_t words) {
   uint32_t n = 0;
-  for (int32_t i = 0; i < words; ++i) {
-    for (uint32_t w = bits[i]; w != 0; w &= w - 1) ++n;
-  }
+  for (int32_t i = 0; i < words; ++i) n += static_cast<uint32_t>(__builtin_popcount(bits[i]));
   return n;
 }
 
@@ -124,12 +114,12 @@ rvdnav_status process_view(Context& c, int32_t camera, const GreyView& image, co
   result->struct_size = sizeof(*result);
   Workspace& work = c.work[camera];
   StageClock clock(c.config, result->stage_ns);
-  measure_light(image, result);
+  measure_light(image, *c.kernels, result);
   smooth(image, *c.kernels, work.smooth_row, work.smoothed);
   clock.lap(RVDNAV_STAGE_SMOOTH);
   detect_edges(work.smoothed, c.rig.width, c.rig.height, c.threshold, *c.kernels, work.edge, work.edge_bits);
   clock.lap(RVDNAV_STAGE_EDGES);
-  filter_edges(work.edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, work.bit_scratch);
+  filter_edges(work.edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, *c.kernels, work.bit_scratch);
   thin(work.edge_bits, c.rig.width, c.rig.height, *c.kernels, work.thin);
   result->edge_count = count_edges(work.edge_bits, edge_row_words(c.rig.width) * c.rig.height);
   clock.lap(RVDNAV_STAGE_THIN);

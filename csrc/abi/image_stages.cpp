@@ -34,7 +34,7 @@ rvdnav_status rvdnav_filter_edges(rvdnav_context* context, int32_t camera, uint3
   RVDNAV_TRY(check_camera(context, camera));
   RVDNAV_TRY(check_edge_bits(context, edge_bits));
   Context& c = context->context;
-  filter_edges(edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, c.work[camera].bit_scratch);
+  filter_edges(edge_bits, c.rig.width, c.rig.height, c.config.edge_min_run, *c.kernels, c.work[camera].bit_scratch);
   return RVDNAV_OK;
 }
 

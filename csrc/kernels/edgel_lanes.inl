@@ -1,8 +1,17 @@
-// What is done to single edge pixels, eight at a time by AVX2's gathers; include inside the namespace of the set, after
+// What is done to single edge pixels, eight at a time by AVX2; include inside the namespace of the set, after
 // the plain loops in namespace plain, which take the rest.
 
 static inline __m256i constant32(int32_t value) { return _mm256_set1_epi32(value); }
 static inline __m256i load256(const void* p) { return _mm256_loadu_si256(static_cast<const __m256i*>(p)); }
+
+// kArcTangent.level of 0..128, by a polynomial that stays 0.024 away from where it would round to another level.
+static inline __m256i arc_tangents(__m256i ratio) {
+  const auto all = [](float value) { return _mm256_set1_ps(value); };
+  const __m256 x = _mm256_mul_ps(_mm256_cvtepi32_ps(ratio), all(1.0F / kRatioSteps)), square = _mm256_mul_ps(x, x);
+  const __m256 inner = _mm256_add_ps(_mm256_mul_ps(square, all(3.14937F)), all(-11.63158F));
+  const __m256 slope = _mm256_add_ps(_mm256_mul_ps(square, inner), all(40.53325F));
+  return _mm256_cvttps_epi32(_mm256_add_ps(_mm256_mul_ps(x, slope), all(0.5F)));
+}
 
 // binary_angle of eight vectors with components below 2^16 in size: ratios are exact in single precision.
 static inline __m256i binary_angles(__m256i x, __m256i y) {
@@ -10,7 +19,7 @@ static inline __m256i binary_angles(__m256i x, __m256i y) {
   const __m256i small = _mm256_min_epi32(ax, ay), large = _mm256_max_epi32(_mm256_max_epi32(ax, ay), constant32(1));
   const __m256i dividend = _mm256_add_epi32(_mm256_slli_epi32(small, 7), _mm256_srli_epi32(large, 1));
   const __m256i ratio = _mm256_cvttps_epi32(_mm256_div_ps(_mm256_cvtepi32_ps(dividend), _mm256_cvtepi32_ps(large)));
-  const __m256i acute = _mm256_i32gather_epi32(kArcTangent.level, ratio, 4);
+  const __m256i acute = arc_tangents(ratio);
   const __m256i zero = _mm256_setzero_si256();
   const auto choose = [](__m256i mask, __m256i yes, __m256i no) { return _mm256_blendv_epi8(no, yes, mask); };
   __m256i level = choose(_mm256_cmpgt_epi32(ay, ax), _mm256_sub_epi32(constant32(64), acute), acute);
@@ -32,13 +41,14 @@ static void gradient_levels(const uint8_t* smoothed, int32_t width, const uint32
   const __m256i ones = _mm256_set1_epi16(1);
   const __m256i slope = constant32(0x000100ff), weight = constant32(0x00010201);  // -1 0 1 and 1 2 1
   for (int32_t i = 0; i < count; i += 8) {
-    const __m256i pixel = load256(pixels + i);
-    const __m256i x = _mm256_and_si256(pixel, constant32(0xffff)), y = _mm256_srli_epi32(pixel, 16);
-    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(y, constant32(width)), x);
     // Pixels x - 1 to x + 2 of a row, the last one without a weight.
     const auto row = [&](int32_t offset) {
-      return _mm256_i32gather_epi32(reinterpret_cast<const int*>(smoothed),
-                                    _mm256_add_epi32(place, constant32(offset - 1)), 1);
+      int32_t four[8];
+      for (int k = 0; k < 8; ++k) {
+        const auto x = static_cast<ptrdiff_t>(pixels[i + k] & 0xffff), y = static_cast<ptrdiff_t>(pixels[i + k] >> 16);
+        __builtin_memcpy(four + k, smoothed + y * width + x + offset - 1, sizeof four[k]);
+      }
+      return _mm256_setr_epi32(four[0], four[1], four[2], four[3], four[4], four[5], four[6], four[7]);
     };
     const __m256i a = row(-width), b = row(0), c = row(width);
     const __m256i across = _mm256_maddubs_epi16(b, slope);
@@ -54,7 +64,7 @@ static void gradient_levels(const uint8_t* smoothed, int32_t width, const uint32
 class RectLanes {
  public:
   explicit RectLanes(const LensMap& map)
-      : nodes_(reinterpret_cast<const long long*>(map.nodes)),
+      : nodes_(map.nodes),
         last_cell_(_mm256_set1_epi64x(pair(map.columns - 2, map.rows - 2))),
         steps_(_mm256_set1_epi64x(pair(1, map.columns))),
         middle_(_mm256_set1_epi64x(pair(map.middle_x, map.middle_y))),
@@ -90,10 +100,13 @@ class RectLanes {
     const __m256i order = _mm256_set1_epi64x(0x0706030205040100);
     const __m256i upper = _mm256_set1_epi64x(0x0808080808080808);
     const __m256i both = _mm256_unpacklo_epi64(order, _mm256_add_epi8(order, upper));
-    return _mm256_shuffle_epi8(_mm256_i64gather_epi64(nodes_, node, 4), both);
+    alignas(32) int64_t place[4], two[4];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(place), node);
+    for (int k = 0; k < 4; ++k) __builtin_memcpy(two + k, nodes_ + 2 * place[k], sizeof two[k]);
+    return _mm256_shuffle_epi8(_mm256_setr_epi64x(two[0], two[1], two[2], two[3]), both);
   }
 
-  const long long* nodes_;
+  const int16_t* nodes_;
   __m256i last_cell_, steps_, middle_, half_;
   __m128i to_q5_;
   __m256i row_;
@@ -109,11 +122,12 @@ static int32_t rectify_pixels(const LensMap& map, const uint32_t* pixels, const 
   const auto four = [&](int32_t i) -> Four {
     const __m128i pixel = _mm_loadu_si128(reinterpret_cast<const __m128i*>(pixels + i));
     const __m256i uv = _mm256_slli_epi32(_mm256_cvtepu16_epi32(pixel), 5);
-    int32_t level = 0;
-    __builtin_memcpy(&level, levels + i, sizeof level);
-    const __m128i which = _mm_cvtepu8_epi32(_mm_cvtsi32_si128(level));
-    const __m256i step =
-        _mm256_cvtepi16_epi32(_mm_i32gather_epi32(reinterpret_cast<const int*>(kTangent.step), which, 4));
+    const auto step_of = [&](int k) {
+      int32_t step = 0;
+      __builtin_memcpy(&step, kTangent.step + levels[i + k], sizeof step);
+      return step;
+    };
+    const __m256i step = _mm256_cvtepi16_epi32(_mm_setr_epi32(step_of(0), step_of(1), step_of(2), step_of(3)));
     const __m256i ahead = lanes.rectified(_mm256_add_epi32(uv, step));
     const __m256i behind = lanes.rectified(_mm256_sub_epi32(uv, step));
     return {lanes.rectified(uv), _mm256_sub_epi32(ahead, behind)};
@@ -143,32 +157,64 @@ static int32_t rectify_pixels(const LensMap& map, const uint32_t* pixels, const 
   return count;
 }
 
-static void vote(const rvdnav_edgel* edgels, uint32_t count, int32_t rho_bins, int32_t spread, uint16_t* acc) {
-  constexpr uint32_t kFar = 1 << 16;  // Q5; nearer, products of Q5 and Q14 and their sum fit 32 bits
-  constexpr int32_t kLanes = 8, kLists = static_cast<int32_t>(sizeof kHoughRows.c / sizeof(int32_t));
-  const int32_t votes = 2 * spread + 1;
-  alignas(32) int32_t start[kLists];  // of a row in the accumulator
-  for (int32_t i = 0; i < kLists; ++i) start[i] = i % kThetaBins * rho_bins;
-  const __m256i middle = constant32(rho_bins / 2), last = constant32(rho_bins - 1), half = constant32(1 << 18);
-  for (uint32_t i = 0; i < count; ++i) {
-    const rvdnav_edgel& e = edgels[i];
+// The votes of edgels that share their first row, in rows k to k + 7 after it.
+class VoteLanes {
+ public:
+  VoteLanes(int32_t rho_bins, int32_t first, int32_t k, int32_t rows, uint16_t* acc)
+      : rho_bins_(rho_bins), row_(first + k), rows_(rows), acc_(acc) {
+    alignas(32) int32_t start[kVoteLanes];
+    for (int32_t n = 0; n < kVoteLanes; ++n) start[n] = (row_ + n) % kThetaBins * rho_bins;
+    start_ = load256(start);
+    cosine_ = load256(kHoughRows.c + row_);
+    sine_ = load256(kHoughRows.s + row_);
+  }
+
+  void operator()(const rvdnav_edgel& e) const {
+    const __m256i rho = _mm256_add_epi32(_mm256_mullo_epi32(constant32(e.x_q5), cosine_),
+                                         _mm256_mullo_epi32(constant32(e.y_q5), sine_));
+    const __m256i rounded = _mm256_srai_epi32(_mm256_add_epi32(rho, constant32(1 << 18)), 19);
+    const __m256i cell = _mm256_add_epi32(rounded, constant32(rho_bins_ / 2));
+    const __m256i inside = _mm256_cmpeq_epi32(_mm256_min_epu32(cell, constant32(rho_bins_ - 1)), cell);
     const bool near =
         static_cast<uint32_t>(e.x_q5) + kFar < 2 * kFar && static_cast<uint32_t>(e.y_q5) + kFar < 2 * kFar;
-    const int32_t first = theta_row(e.direction) - spread;
-    const int32_t row = first < 0 ? first + kThetaBins : first;
-    const __m256i x = constant32(e.x_q5), y = constant32(e.y_q5);
-    for (int32_t k = 0; k < votes; k += kLanes) {
-      const __m256i rho = _mm256_add_epi32(_mm256_mullo_epi32(x, load256(kHoughRows.c + row + k)),
-                                           _mm256_mullo_epi32(y, load256(kHoughRows.s + row + k)));
-      const __m256i cell = _mm256_add_epi32(_mm256_srai_epi32(_mm256_add_epi32(rho, half), 19), middle);
-      const __m256i inside = _mm256_cmpeq_epi32(_mm256_min_epu32(cell, last), cell);
-      if (!near || _mm256_movemask_epi8(inside) != -1) {
-        plain::vote_some(e, rho_bins, row + k, smaller(kLanes, votes - k), acc);
-        continue;
+    if (!near || _mm256_movemask_epi8(inside) != -1) return plain::vote_some(e, rho_bins_, row_, rows_, acc_);
+    alignas(32) uint32_t place[kVoteLanes];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(place), _mm256_add_epi32(cell, start_));
+#pragma GCC unroll 8
+    for (int32_t n = 0; n < kVoteLanes; ++n) {
+      if (n < rows_) ++acc_[place[n]];
+    }
+  }
+
+  static constexpr int32_t kVoteLanes = 8;
+
+ private:
+  static constexpr uint32_t kFar = 1 << 16;  // Q5; nearer, products of Q5 and Q14 and their sum fit 32 bits
+  int32_t rho_bins_, row_, rows_;
+  uint16_t* acc_;
+  __m256i start_, cosine_, sine_;
+};
+
+// Edgels go by their first row, some at a time: so that their votes fall where the cache holds the accumulator.
+static void vote(const rvdnav_edgel* edgels, uint32_t count, int32_t rho_bins, int32_t spread, uint16_t* acc) {
+  constexpr uint32_t kAtOnce = 2048;
+  uint8_t first_row[256];
+  for (int32_t level = 0; level < 256; ++level) {
+    const int32_t first = theta_row(static_cast<uint8_t>(level)) - spread;
+    first_row[level] = static_cast<uint8_t>(first < 0 ? first + kThetaBins : first);
+  }
+  for (uint32_t begin = 0; begin < count; begin += kAtOnce) {
+    const uint32_t n = count - begin < kAtOnce ? count - begin : kAtOnce;
+    uint16_t order[kAtOnce], next[kThetaBins + 1] = {};  // next[r + 1] counts row r, then says where it goes on
+    for (uint32_t i = 0; i < n; ++i) ++next[first_row[edgels[begin + i].direction] + 1];
+    for (int32_t row = 0; row < kThetaBins; ++row) next[row + 1] = static_cast<uint16_t>(next[row + 1] + next[row]);
+    for (uint32_t i = 0; i < n; ++i) order[next[first_row[edgels[begin + i].direction]]++] = static_cast<uint16_t>(i);
+    for (int32_t row = 0; row < kThetaBins; ++row) {  // next[r] is now where row r ends
+      const uint32_t from = row > 0 ? next[row - 1] : 0, to = next[row];
+      for (int32_t k = 0; from < to && k < 2 * spread + 1; k += VoteLanes::kVoteLanes) {
+        const VoteLanes lanes(rho_bins, row, k, smaller(VoteLanes::kVoteLanes, 2 * spread + 1 - k), acc);
+        for (uint32_t i = from; i < to; ++i) lanes(edgels[begin + order[i]]);
       }
-      alignas(32) uint32_t place[kLanes];
-      _mm256_store_si256(reinterpret_cast<__m256i*>(place), _mm256_add_epi32(cell, load256(start + row + k)));
-      for (int32_t n = 0; n < kLanes && n < votes - k; ++n) ++acc[place[n]];
     }
   }
 }

@@ -58,6 +58,13 @@ struct Kernels {
   bool (*deletable_row)(const uint32_t* above, const uint32_t* centre, const uint32_t* below, int32_t words,
                         Borders borders, uint32_t* deletable);
 
+  // Adds to a row's kept pixels those that touch kept ones of the row above, and through these others of their
+  // word; returns whether any pixels are left.
+  bool (*touching_row)(const uint32_t* pixels, const uint32_t* kept_above, int32_t words, uint32_t* kept);
+
+  // Adds the row's grey levels, and how many are at least the level given, to the two sums.
+  void (*light_row)(const uint8_t* row, int32_t width, uint8_t level, uint64_t* sum, uint32_t* bright);
+
   // Directions of the gradient, 256 to the turn, at count pixels that lie two or more from the image's border.  levels:
   // kPixelBatch.
   void (*gradient_levels)(const uint8_t* smoothed, int32_t width, const uint32_t* pixels, int32_t count,

@@ -7,6 +7,7 @@
 //   narrow(pair)             the pair's values, 0..255, as bytes
 //   store_pair, widen_at     the same in the order of the image, to and from memory
 //   high_product(a, b)       a * b / 65536, unsigned
+//   Sums, add_up, total_of   sums of many bytes, in lanes and at last
 //   any(v), mask_bits(lo, hi)  of comparisons: whether one holds; a bit for each lane
 //
 // Rows narrower than a few vectors go to the plain loops in namespace plain.
@@ -152,4 +153,38 @@ static bool deletable_row(const uint32_t* above, const uint32_t* centre, const u
   for (int32_t k = 0; k < last; k += kWords) block(k);
   block(last);
   return any(any_of_row);
+}
+
+static bool touching_row(const uint32_t* pixels, const uint32_t* kept_above, int32_t words, uint32_t* kept) {
+  const int32_t last = words - kWords;
+  if (last < 0) return plain::touching_row(pixels, kept_above, words, kept);
+  Words left = {};
+  const auto block = [&](int32_t k) {
+    const Words above = load<Words>(kept_above + k), here = load<Words>(pixels + k);
+    const Words near =
+        above | above << 1 | above >> 1 | words_before(kept_above, k) >> 31 | words_after(kept_above, k, words) << 31;
+    Words reached = here & (near | load<Words>(kept + k));
+    for (Words before = {}; any(before ^ reached);) {
+      before = reached;
+      reached |= (before << 1 | before >> 1) & here;
+    }
+    store(kept + k, reached);
+    left |= here & ~reached;
+  };
+  for (int32_t k = 0; k < last; k += kWords) block(k);
+  block(last);
+  return any(left);
+}
+
+static void light_row(const uint8_t* row, int32_t width, uint8_t level, uint64_t* sum, uint32_t* bright) {
+  const int32_t whole = width / kBytes * kBytes;
+  Sums levels = {}, marks = {};
+  for (int32_t x = 0; x < whole; x += kBytes) {
+    const Bytes v = load<Bytes>(row + x);
+    levels = add_up(levels, v);
+    marks = add_up(marks, reinterpret_cast<Bytes>(v >= level) & static_cast<uint8_t>(1));
+  }
+  *sum += total_of(levels);
+  *bright += static_cast<uint32_t>(total_of(marks));
+  plain::light_row(row + whole, width - whole, level, sum, bright);
 }

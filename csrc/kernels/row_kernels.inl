@@ -106,3 +106,30 @@ static inline Bits deletable_pixels(Bits pixels, const Neighbours<Bits>& around,
   }
   return any != 0;
 }
+
+[[maybe_unused]] static bool touching_row(const uint32_t* pixels, const uint32_t* kept_above, int32_t words,
+                                          uint32_t* kept) {
+  uint32_t left = 0;
+  for (int32_t k = 0; k < words; ++k) {
+    const uint32_t west = k > 0 ? kept_above[k - 1] >> 31 : 0, east = k + 1 < words ? kept_above[k + 1] << 31 : 0;
+    const uint32_t near = kept_above[k] | kept_above[k] << 1 | kept_above[k] >> 1 | west | east;
+    kept[k] = (kept[k] | near) & pixels[k];
+    for (uint32_t before = 0; before != kept[k];) {
+      before = kept[k];
+      kept[k] |= (before << 1 | before >> 1) & pixels[k];
+    }
+    left |= pixels[k] & ~kept[k];
+  }
+  return left != 0;
+}
+
+[[maybe_unused]] static void light_row(const uint8_t* row, int32_t width, uint8_t level, uint64_t* sum,
+                                       uint32_t* bright) {
+  uint32_t row_sum = 0, row_bright = 0;
+  for (int32_t x = 0; x < width; ++x) {
+    row_sum += row[x];
+    row_bright += row[x] >= level ? 1U : 0U;
+  }
+  *sum += row_sum;
+  *bright += row_bright;
+}

@@ -72,7 +72,7 @@ class Stages {
                  {magnitude_.data(), code_.data()}, bits.data());
   }
   void run_thin() {
-    filter_edges(bits.data(), width_, height_, 6, kept_.data());
+    filter_edges(bits.data(), width_, height_, 6, kernels_, kept_.data());
     thin(bits.data(), width_, height_, kernels_, {deletable_.data(), empty_.data(), stale_.data()});
   }
   void run_rectify() {

@@ -18,7 +18,9 @@ namespace {
 struct Rows {
   std::vector<uint8_t> smoothed, code;
   std::vector<int16_t> magnitude;
-  std::vector<uint32_t> ridge, north_west, south_east;
+  std::vector<uint32_t> ridge, north_west, south_east, kept;
+  uint64_t sum = 0;
+  uint32_t bright = 0;
 };
 
 // Three rows of each kind of input.
@@ -64,6 +66,9 @@ Rows run(const Kernels& kernels, const Input& in) {
         kernels.deletable_row(q, q + words, q + 2 * words, static_cast<int32_t>(words), borders, found.data());
     CHECK(any == (std::count(found.begin(), found.end(), 0u) != static_cast<ptrdiff_t>(words)));
   }
+  rows.kept.resize(words);
+  kernels.touching_row(q + words, q, static_cast<int32_t>(words), rows.kept.data());
+  kernels.light_row(p, in.image.w, 250, &rows.sum, &rows.bright);
   return rows;
 }
 
@@ -86,6 +91,9 @@ TEST_CASE("every instruction set that this build and machine have gives the bits
       REQUIRE(a.ridge == b.ridge);
       REQUIRE(a.north_west == b.north_west);
       REQUIRE(a.south_east == b.south_east);
+      REQUIRE(a.kept == b.kept);
+      REQUIRE(a.sum == b.sum);
+      REQUIRE(a.bright == b.bright);
     }
   }
 }

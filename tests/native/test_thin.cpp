@@ -12,7 +12,7 @@ namespace {
 
 plain::BitImage filtered(plain::BitImage bits, int32_t min_run) {
   std::vector<uint32_t> kept(bits.words.size(), 0xa5a5a5a5u);
-  filter_edges(bits.words.data(), bits.w, bits.h, min_run, kept.data());
+  filter_edges(bits.words.data(), bits.w, bits.h, min_run, *select_kernels(RVDNAV_ISA_AUTO), kept.data());
   return bits;
 }
 
