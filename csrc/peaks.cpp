@@ -48,24 +48,19 @@ class Space {
   int32_t rho_bins_;
 };
 
-constexpr int32_t kBlock = 64;
-
-int32_t highest(const uint16_t* cells, int32_t count) {
-  uint16_t most = 0;
-  for (int32_t i = 0; i < count; ++i) most = cells[i] > most ? cells[i] : most;
-  return most;
-}
-
-// Calls visit(row, rho, twice the votes) for every cell with at least min_votes, but those at the rows' ends.
+// Calls visit(row, rho, twice the votes) for the cells with at least min_votes, but those at the rows' ends and those
+// lower than one beside them in the row.
 template <typename Visit>
-void for_each_high_cell(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, Visit visit) {
+void for_each_high_cell(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, const Kernels& kernels, Visit visit) {
+  const auto least = static_cast<uint16_t>(clamp(2 * min_votes, 1, UINT16_MAX));
   for (int32_t row = 0; row < kThetaBins; ++row) {
     const uint16_t* cells = acc + static_cast<ptrdiff_t>(row) * rho_bins;
-    for (int32_t first = 1; first < rho_bins - 1; first += kBlock) {
-      const int32_t end = smaller(first + kBlock, rho_bins - 1);
-      // Most of Hough space is low: twice the votes are at most four times the highest cell.
-      if (2 * highest(cells + first - 1, end - first + 2) < min_votes) continue;
-      for (int32_t rho = first; rho < end; ++rho) {
+    for (int32_t first = 1; first < rho_bins - 1; first += 32) {
+      const int32_t end = smaller(first + 32, rho_bins - 1);
+      const bool inside = first >= 2 && first + 34 <= rho_bins;
+      const uint32_t some = end - first < 32 ? (uint32_t{1} << (end - first)) - 1 : ~uint32_t{0};
+      for (uint32_t rest = inside ? kernels.high_cells(cells + first, least) : some; rest != 0; rest &= rest - 1) {
+        const int32_t rho = first + __builtin_ctz(rest);
         const int32_t value = cells[rho - 1] + 2 * cells[rho] + cells[rho + 1];
         if (value > 0 && value >= 2 * min_votes) visit(row, rho, value);
       }
@@ -75,12 +70,12 @@ void for_each_high_cell(const uint16_t* acc, int32_t rho_bins, int32_t min_votes
 
 }  // namespace
 
-uint32_t hough_peaks(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, rvdnav_peak* out, uint32_t capacity,
-                     uint32_t* total) {
+uint32_t hough_peaks(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, const Kernels& kernels, rvdnav_peak* out,
+                     uint32_t capacity, uint32_t* total) {
   const Space space(acc, rho_bins);
   PeakList best(out, capacity);
   *total = 0;
-  for_each_high_cell(acc, rho_bins, min_votes, [&](int32_t row, int32_t rho, int32_t value) {
+  for_each_high_cell(acc, rho_bins, min_votes, kernels, [&](int32_t row, int32_t rho, int32_t value) {
     if (!space.is_peak(row, rho, value)) return;
     const int32_t aside_q8 = parabola_q8(space.votes(row, rho - 1), value, space.votes(row, rho + 1));
     const int32_t turn_q8 = parabola_q8(space.votes(row - 1, rho), value, space.votes(row + 1, rho));

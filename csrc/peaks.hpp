@@ -17,7 +17,7 @@ constexpr int32_t kPeakRows = 3;
 // Maxima of at least min_votes; votes are those in a cell and half of those in the cells beside it along rho, over
 // which an edge between two cells spreads.  rho and theta by parabolas.  Returns the number written: the best capacity
 // ones, sorted by votes descending, then by theta and rho; *total counts all.
-uint32_t hough_peaks(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, rvdnav_peak* out, uint32_t capacity,
-                     uint32_t* total);
+uint32_t hough_peaks(const uint16_t* acc, int32_t rho_bins, int32_t min_votes, const Kernels& kernels, rvdnav_peak* out,
+                     uint32_t capacity, uint32_t* total);
 
 }  // namespace rvdnav

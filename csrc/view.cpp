@@ -37,8 +37,8 @@ void search_view(Context& c, int32_t camera, Workspace& work, StageClock& clock,
   hough_vote(work.edgels, work.edgel_count, c.config.hough_rho_bins, c.config.hough_spread, *c.kernels,
              work.accumulator);
   uint32_t total = 0;
-  work.peak_count = hough_peaks(work.accumulator, c.config.hough_rho_bins, c.config.peak_min_votes, work.peaks,
-                                static_cast<uint32_t>(c.config.max_peaks), &total);
+  work.peak_count = hough_peaks(work.accumulator, c.config.hough_rho_bins, c.config.peak_min_votes, *c.kernels,
+                                work.peaks, static_cast<uint32_t>(c.config.max_peaks), &total);
   if (total > work.peak_count) result->limits |= RVDNAV_LIMIT_PEAKS;
   if (c.config.hough_rho_bins < rho_bins_for(c.reach)) result->limits |= RVDNAV_LIMIT_RHO;
   clock.lap(RVDNAV_STAGE_HOUGH);

@@ -23,8 +23,8 @@ rvdnav_status rvdnav_hough_peaks(rvdnav_context* context, const uint16_t* accumu
   if (peaks == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
   const rvdnav_config& config = context->context.config;
   uint32_t total = 0;
-  const uint32_t written =
-      hough_peaks(accumulator, config.hough_rho_bins, config.peak_min_votes, peaks, capacity, &total);
+  const uint32_t written = hough_peaks(accumulator, config.hough_rho_bins, config.peak_min_votes,
+                                       *context->context.kernels, peaks, capacity, &total);
   return finish_list(written, total, count);
 }
 

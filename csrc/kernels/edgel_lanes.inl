@@ -157,19 +157,20 @@ static int32_t rectify_pixels(const LensMap& map, const uint32_t* pixels, const 
   return count;
 }
 
-// The votes of edgels that share their first row, in rows k to k + 7 after it.
+// The votes of edgels that share their first row, in up to eight rows from `row` on.
 class VoteLanes {
  public:
-  VoteLanes(int32_t rho_bins, int32_t first, int32_t k, int32_t rows, uint16_t* acc)
-      : rho_bins_(rho_bins), row_(first + k), rows_(rows), acc_(acc) {
-    alignas(32) int32_t start[kVoteLanes];
-    for (int32_t n = 0; n < kVoteLanes; ++n) start[n] = (row_ + n) % kThetaBins * rho_bins;
-    start_ = load256(start);
-    cosine_ = load256(kHoughRows.c + row_);
-    sine_ = load256(kHoughRows.s + row_);
+  VoteLanes(int32_t rho_bins, int32_t row, uint16_t* acc) : rho_bins_(rho_bins), row_(row), acc_(acc) {
+    const __m256i rows = _mm256_add_epi32(constant32(row), reinterpret_cast<__m256i>(kLane));
+    const __m256i wrapped = _mm256_cmpgt_epi32(rows, constant32(kThetaBins - 1));
+    const __m256i own = _mm256_sub_epi32(rows, _mm256_and_si256(wrapped, constant32(kThetaBins)));
+    start_ = _mm256_mullo_epi32(own, constant32(rho_bins));
+    cosine_ = load256(kHoughRows.c + row);
+    sine_ = load256(kHoughRows.s + row);
   }
 
-  void operator()(const rvdnav_edgel& e) const {
+  template <int32_t kRows>
+  void vote(const rvdnav_edgel& e) const {
     const __m256i rho = _mm256_add_epi32(_mm256_mullo_epi32(constant32(e.x_q5), cosine_),
                                          _mm256_mullo_epi32(constant32(e.y_q5), sine_));
     const __m256i rounded = _mm256_srai_epi32(_mm256_add_epi32(rho, constant32(1 << 18)), 19);
@@ -177,20 +178,22 @@ class VoteLanes {
     const __m256i inside = _mm256_cmpeq_epi32(_mm256_min_epu32(cell, constant32(rho_bins_ - 1)), cell);
     const bool near =
         static_cast<uint32_t>(e.x_q5) + kFar < 2 * kFar && static_cast<uint32_t>(e.y_q5) + kFar < 2 * kFar;
-    if (!near || _mm256_movemask_epi8(inside) != -1) return plain::vote_some(e, rho_bins_, row_, rows_, acc_);
-    alignas(32) uint32_t place[kVoteLanes];
+    if (!near || _mm256_movemask_epi8(inside) != -1) return plain::vote_some(e, rho_bins_, row_, kRows, acc_);
+    alignas(32) uint32_t place[8];
     _mm256_store_si256(reinterpret_cast<__m256i*>(place), _mm256_add_epi32(cell, start_));
 #pragma GCC unroll 8
-    for (int32_t n = 0; n < kVoteLanes; ++n) {
-      if (n < rows_) ++acc_[place[n]];
-    }
+    for (int32_t n = 0; n < kRows; ++n) ++acc_[place[n]];
   }
 
-  static constexpr int32_t kVoteLanes = 8;
+  void vote(const rvdnav_edgel& e, int32_t rows) const {
+    if (rows >= 8) return vote<8>(e);
+    if (rows == 7) return vote<7>(e);  // the usual spread
+    plain::vote_some(e, rho_bins_, row_, rows, acc_);
+  }
 
  private:
   static constexpr uint32_t kFar = 1 << 16;  // Q5; nearer, products of Q5 and Q14 and their sum fit 32 bits
-  int32_t rho_bins_, row_, rows_;
+  int32_t rho_bins_, row_;
   uint16_t* acc_;
   __m256i start_, cosine_, sine_;
 };
@@ -211,9 +214,9 @@ static void vote(const rvdnav_edgel* edgels, uint32_t count, int32_t rho_bins, i
     for (uint32_t i = 0; i < n; ++i) order[next[first_row[edgels[begin + i].direction]]++] = static_cast<uint16_t>(i);
     for (int32_t row = 0; row < kThetaBins; ++row) {  // next[r] is now where row r ends
       const uint32_t from = row > 0 ? next[row - 1] : 0, to = next[row];
-      for (int32_t k = 0; from < to && k < 2 * spread + 1; k += VoteLanes::kVoteLanes) {
-        const VoteLanes lanes(rho_bins, row, k, smaller(VoteLanes::kVoteLanes, 2 * spread + 1 - k), acc);
-        for (uint32_t i = from; i < to; ++i) lanes(edgels[begin + order[i]]);
+      for (int32_t k = 0; from < to && k <= 2 * spread; k += 8) {
+        const VoteLanes lanes(rho_bins, row + k, acc);
+        for (uint32_t i = from; i < to; ++i) lanes.vote(edgels[begin + order[i]], 2 * spread + 1 - k);
       }
     }
   }

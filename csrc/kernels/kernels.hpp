@@ -65,6 +65,11 @@ struct Kernels {
   // Adds the row's grey levels, and how many are at least the level given, to the two sums.
   void (*light_row)(const uint8_t* row, int32_t width, uint8_t level, uint64_t* sum, uint32_t* bright);
 
+  // Of 32 cells of Hough space, those whose doubled votes (a cell's twice and those of both beside it) are at least the
+  // least, 65535 at most, and not fewer than those of both beside it; doubled votes beyond 65535 count as equal.  Reads
+  // two cells before and after them.
+  uint32_t (*high_cells)(const uint16_t* cells, uint16_t least);
+
   // Directions of the gradient, 256 to the turn, at count pixels that lie two or more from the image's border.  levels:
   // kPixelBatch.
   void (*gradient_levels)(const uint8_t* smoothed, int32_t width, const uint32_t* pixels, int32_t count,

@@ -7,6 +7,7 @@
 //   narrow(pair)             the pair's values, 0..255, as bytes
 //   store_pair, widen_at     the same in the order of the image, to and from memory
 //   high_product(a, b)       a * b / 65536, unsigned
+//   capped_sum(a, b)         of UShorts, 65535 at most
 //   Sums, add_up, total_of   sums of many bytes, in lanes and at last
 //   any(v), mask_bits(lo, hi)  of comparisons: whether one holds; a bit for each lane
 //
@@ -187,4 +188,25 @@ static void light_row(const uint8_t* row, int32_t width, uint8_t level, uint64_t
   *sum += total_of(levels);
   *bright += static_cast<uint32_t>(total_of(marks));
   plain::light_row(row + whole, width - whole, level, sum, bright);
+}
+
+// Sixteen bits of the answer of high_cells, or as many as a vector has lanes.
+static inline Shorts high_lanes(const uint16_t* cells, UShorts least) {
+  const auto at = [&](int32_t i) { return load<UShorts>(cells + i); };
+  const auto doubled = [&](int32_t i) {
+    return capped_sum(capped_sum(at(i - 1), at(i + 1)), capped_sum(at(i), at(i)));
+  };
+  const UShorts votes = doubled(0);
+  if (!any(votes >= least)) return Shorts{};
+  return (votes >= least) & (votes >= doubled(-1)) & (votes >= doubled(1));
+}
+
+static uint32_t high_cells(const uint16_t* cells, uint16_t least) {
+  uint32_t high = 0;
+  for (int32_t i = 0; i < 32; i += kBytes) {
+    const UShorts bound = UShorts{} + least;
+    const Shorts lo = high_lanes(cells + i, bound), hi = high_lanes(cells + i + kShorts, bound);
+    high |= static_cast<uint32_t>(mask_bits(lo, hi)) << i;
+  }
+  return high;
 }

@@ -133,3 +133,17 @@ static inline Bits deletable_pixels(Bits pixels, const Neighbours<Bits>& around,
   *sum += row_sum;
   *bright += row_bright;
 }
+
+[[maybe_unused]] static uint32_t high_cells(const uint16_t* cells, uint16_t least) {
+  const auto doubled = [&](int32_t i) {
+    const int32_t votes = cells[i - 1] + 2 * cells[i] + cells[i + 1];
+    return votes < UINT16_MAX ? votes : UINT16_MAX;
+  };
+  uint32_t high = 0;
+  for (int32_t i = 0; i < 32; ++i) {
+    const int32_t votes = doubled(i);
+    if (votes < least || votes < doubled(i - 1) || votes < doubled(i + 1)) continue;
+    high |= uint32_t{1} << i;
+  }
+  return high;
+}

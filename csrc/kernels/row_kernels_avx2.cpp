@@ -70,6 +70,10 @@ static inline Shorts high_product(UShorts a, uint16_t b) {
   return shorts(_mm256_mulhi_epu16(raw(a), _mm256_set1_epi16(static_cast<int16_t>(b))));
 }
 
+static inline UShorts capped_sum(UShorts a, UShorts b) {
+  return reinterpret_cast<UShorts>(_mm256_adds_epu16(raw(a), raw(b)));
+}
+
 using Sums = __m256i;
 static inline Sums add_up(Sums sums, Bytes v) {
   return _mm256_add_epi64(sums, _mm256_sad_epu8(raw(v), _mm256_setzero_si256()));
@@ -94,9 +98,9 @@ static inline Mask mask_bits(Shorts lo, Shorts hi) {
 #include "kernels/lane_kernels.inl"
 }  // namespace avx2
 
-const Kernels kAvx2Kernels = {
-    RVDNAV_ISA_AVX2,    avx2::plain::smooth_row, avx2::gradient_row,    avx2::ridge_row,      avx2::deletable_row,
-    avx2::touching_row, avx2::light_row,         avx2::gradient_levels, avx2::rectify_pixels, avx2::vote};
+const Kernels kAvx2Kernels = {RVDNAV_ISA_AVX2,       avx2::plain::smooth_row, avx2::gradient_row, avx2::ridge_row,
+                              avx2::deletable_row,   avx2::touching_row,      avx2::light_row,    avx2::high_cells,
+                              avx2::gradient_levels, avx2::rectify_pixels,    avx2::vote};
 
 }  // namespace rvdnav
 #endif

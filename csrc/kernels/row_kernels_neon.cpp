@@ -60,6 +60,8 @@ static inline Shorts high_product(UShorts a, uint16_t b) {
   return shorts(vuzp2q_u16(vreinterpretq_u16_u32(lo), vreinterpretq_u16_u32(hi)));
 }
 
+static inline UShorts capped_sum(UShorts a, UShorts b) { return reinterpret_cast<UShorts>(vqaddq_u16(raw(a), raw(b))); }
+
 using Sums = uint64x2_t;
 static inline Sums add_up(Sums sums, Bytes v) { return vpadalq_u32(sums, vpaddlq_u16(vpaddlq_u8(raw(v)))); }
 static inline uint64_t total_of(Sums sums) { return vaddvq_u64(sums); }
@@ -78,9 +80,16 @@ static inline Mask mask_bits(Shorts lo, Shorts hi) {
 #include "kernels/lane_kernels.inl"
 }  // namespace neon
 
-const Kernels kNeonKernels = {RVDNAV_ISA_NEON,  neon::plain::smooth_row,      neon::gradient_row,
-                              neon::ridge_row,  neon::deletable_row,          neon::touching_row,
-                              neon::light_row,  neon::plain::gradient_levels, neon::plain::rectify_pixels,
+const Kernels kNeonKernels = {RVDNAV_ISA_NEON,
+                              neon::plain::smooth_row,
+                              neon::gradient_row,
+                              neon::ridge_row,
+                              neon::deletable_row,
+                              neon::touching_row,
+                              neon::light_row,
+                              neon::high_cells,
+                              neon::plain::gradient_levels,
+                              neon::plain::rectify_pixels,
                               neon::plain::vote};
 
 }  // namespace rvdnav

@@ -12,8 +12,9 @@ namespace scalar {
 #include "kernels/row_kernels.inl"
 }  // namespace scalar
 
-const Kernels kScalarKernels = {
-    RVDNAV_ISA_SCALAR,    scalar::smooth_row, scalar::gradient_row,    scalar::ridge_row,      scalar::deletable_row,
-    scalar::touching_row, scalar::light_row,  scalar::gradient_levels, scalar::rectify_pixels, scalar::vote};
+const Kernels kScalarKernels = {RVDNAV_ISA_SCALAR,      scalar::smooth_row,    scalar::gradient_row,
+                                scalar::ridge_row,      scalar::deletable_row, scalar::touching_row,
+                                scalar::light_row,      scalar::high_cells,    scalar::gradient_levels,
+                                scalar::rectify_pixels, scalar::vote};
 
 }  // namespace rvdnav

@@ -87,7 +87,7 @@ class Stages {
   void run_peaks() {
     peaks.resize(512);
     uint32_t total = 0;
-    peaks.resize(hough_peaks(accumulator.data(), kRhoBins, 18, peaks.data(), 512, &total));
+    peaks.resize(hough_peaks(accumulator.data(), kRhoBins, 18, kernels_, peaks.data(), 512, &total));
   }
   bool edge(int32_t x, int32_t y) const {
     return (bits[size(y) * size(edge_row_words(width_)) + size(x / 32)] >> (x % 32) & 1) != 0;

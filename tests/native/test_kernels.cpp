@@ -133,6 +133,12 @@ TEST_CASE("every instruction set gives single edge pixels the same directions, e
     }
     rig = sample_rig();
   }
+  for (int i = 0; i < 2000; ++i) {
+    std::vector<uint16_t> cells(36);
+    for (uint16_t& c : cells) c = static_cast<uint16_t>(random.between(0, i % 3 == 0 ? 65535 : i % 3 == 1 ? 100 : 3));
+    const auto least = static_cast<uint16_t>(random.between(0, i % 3 == 0 ? 65535 : 200));
+    REQUIRE(scalar.high_cells(&cells[2], least) == kernels.high_cells(&cells[2], least));
+  }
   for (int32_t rho_bins : {1, 100, 1024, 1523}) {
     std::vector<rvdnav_edgel> edgels;
     for (int32_t i = 0; i < 500; ++i) {

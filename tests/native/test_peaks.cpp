@@ -20,7 +20,8 @@ std::vector<rvdnav_peak> peaks_of(const std::vector<uint16_t>& acc, int32_t rho_
                                   uint32_t capacity = 4096, uint32_t* total = nullptr) {
   std::vector<rvdnav_peak> peaks(capacity);
   uint32_t all = 0;
-  peaks.resize(hough_peaks(acc.data(), rho_bins, min_votes, peaks.data(), capacity, &all));
+  peaks.resize(
+      hough_peaks(acc.data(), rho_bins, min_votes, *select_kernels(RVDNAV_ISA_AUTO), peaks.data(), capacity, &all));
   if (total != nullptr) *total = all;
   return peaks;
 }
