@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import attrs
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,7 +59,7 @@ class Bracket:
         if self.bar_widths.min() <= 0.0:
             raise ValueError("the bracket's inner points do not lie inside its outer ones")
 
-    @property
+    @cached_property
     def edge_points(self) -> FloatArray:
         """End points (8, 2, 3) of the front edges, in the order of `EDGE_NAMES`, m in C."""
         return np.array([points[list(pair)] for pair in EDGE_APEXES for points in (self.outer, self.inner)])
@@ -71,6 +73,17 @@ class Bracket:
         inwards /= np.linalg.norm(inwards, axis=1, keepdims=True)
         widths: FloatArray = np.einsum("bpk,bk->bp", edges[1::2] - start[:, None], inwards)
         return widths
+
+    @cached_property
+    def side_normals(self) -> FloatArray:
+        """Unit normals (8, 3) of the side faces at the front edges, in C: away from the other edge of the same bar."""
+        start, end = self.edge_points[:, 0], self.edge_points[:, 1]
+        along = end - start
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        away = start - start[np.arange(len(start)) ^ 1]
+        away = away - np.einsum("ki,ki->k", away, along)[:, None] * along
+        normals: FloatArray = away / np.linalg.norm(away, axis=1, keepdims=True)
+        return normals
 
     @property
     def long_base(self) -> float:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import attrs
-import numpy as np
+
+
+def _numbers(value: Any) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
 
 
 def _finite(instance: object, attribute: attrs.Attribute[Any], value: Any) -> None:
-    if not np.isfinite(value).all():
+    if not all(map(math.isfinite, _numbers(value))):
         raise ValueError(f"{attribute.name} is not finite")
 
 
 def _positive(instance: object, attribute: attrs.Attribute[Any], value: Any) -> None:
-    if not (np.isfinite(value).all() and (np.asarray(value) > 0.0).all()):
+    if not all(0.0 < number < math.inf for number in _numbers(value)):
         raise ValueError(f"{attribute.name} is not positive")
 
 

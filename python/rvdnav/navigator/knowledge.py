@@ -18,9 +18,9 @@ from rvdnav.corrections import Corrections, ParameterCorrection, PointCorrection
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.faces import blur_excess
-from rvdnav.navigator.geometry import project_edges, rectified_cameras
+from rvdnav.navigator.geometry import project_edges, rectified_cameras, rectified_ends
 from rvdnav.navigator.shutter import Motion, RollingShutter
-from rvdnav.pose import LineMeasurements, RefinedPose, line_residuals
+from rvdnav.pose import LineMeasurements, PoseError, RefinedPose
 from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
 from rvdnav.pose.systematics import Group, Systematics
 from rvdnav.rig import Rig, calibration_parameters
@@ -157,8 +157,7 @@ class Knowledge:
 
     def _by_points(self, T: FloatArray, lines: LineMeasurements) -> FloatArray:
         """(n, 2, 3 k), px/m: with respect to the positions of the target's k points in C."""
-        _, by_pose = line_residuals(T, lines, self._cameras)
-        by_end = by_pose[:, :, :3] @ T[:3, :3]
+        by_end = self._by_ends(T, lines)
         part = self._model.parts(lines.edge, lines.endpoints_C)
         derivative = np.zeros((len(lines), 2, len(self._model.point_sigmas), 3))
         row = np.arange(len(lines))
@@ -166,6 +165,18 @@ class Knowledge:
         derivative[row, :, ends[:, 0]] = (1.0 - part)[:, :, None] * by_end
         derivative[row, :, ends[:, 1]] += part[:, :, None] * by_end
         return derivative.reshape(len(lines), 2, 3 * len(self._model.point_sigmas))
+
+    def _by_ends(self, T: FloatArray, lines: LineMeasurements) -> FloatArray:
+        """(n, 2, 3), px/m: with respect to the positions of the lines' own ends in C."""
+        ends = rectified_ends(self._cameras, lines.camera, T, lines.endpoints_C)
+        depth = ends[:, :, 2]
+        if not (depth > 0.0).all():
+            raise PoseError("an edge is not in front of the camera")
+        normal = np.stack([np.cos(lines.theta), np.sin(lines.theta)], axis=1)[:, None]
+        along = np.einsum("nek,nek->ne", normal, ends[:, :, :2]) / depth
+        gradient = np.concatenate([np.repeat(normal, 2, axis=1), -along[:, :, None]], axis=2)
+        by_ends: FloatArray = (self._cameras.focal / depth)[:, :, None] * gradient
+        return by_ends @ (self._cameras.R_rect_world @ T[:3, :3])
 
     def expected(self, learned: Learned) -> FloatArray:
         """The lasting parameters (p,) as the frames so far tell them."""

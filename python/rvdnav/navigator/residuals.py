@@ -14,15 +14,15 @@ def edge_residuals(measurement: Measurement, model: EdgeModel, reduction: int) -
 
     reduction: by which the measured images were reduced.
     """
-    lines, pose = measurement.lines, measurement.pose
+    lines = measurement.lines
     agreed = measurement.sampled.count(measurement.inlier)
-    measured = {key: i for i, key in enumerate(zip(lines.camera.tolist(), lines.edge.tolist(), strict=True))}
-    residuals = []
-    for camera in range(agreed.shape[0]):
-        for edge, name in enumerate(model.names):
-            i = measured.get((camera, edge))
-            ends = np.zeros(2) if i is None else pose.residuals[i]
-            samples = int(agreed[camera, edge])
-            rms, mean = reduction * float(np.sqrt(np.mean(ends**2))), reduction * float(np.mean(ends))
-            residuals.append(LineResidual(camera, name, samples > 0, samples, rms, mean))
-    return tuple(residuals)
+    # Of edges that were not measured, zero.
+    ends = np.zeros((*agreed.shape, 2))
+    ends[lines.camera, lines.edge] = reduction * measurement.pose.residuals
+    rms, mean = np.sqrt(np.mean(ends**2, axis=2)), np.mean(ends, axis=2)
+    rows = zip(agreed.tolist(), rms.tolist(), mean.tolist(), strict=True)
+    return tuple(
+        LineResidual(camera, name, samples > 0, samples, *of_ends)
+        for camera, of_view in enumerate(rows)
+        for name, samples, *of_ends in zip(model.names, *of_view, strict=True)
+    )

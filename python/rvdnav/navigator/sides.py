@@ -31,20 +31,8 @@ def side_separation(
     middle = bracket.edge_points.mean(axis=1)[edge]
     front = middle @ R.T + t
     back = (middle + np.array([bracket.thickness, 0.0, 0.0])) @ R.T + t
-    outward = _outward_normals(bracket)[edge] @ R.T
+    outward = bracket.side_normals[edge] @ R.T
     in_sight = np.einsum("ki,ki->k", outward, cameras.centers[camera] - front) > 0.0
     shift = cameras.project(camera, back) - cameras.project(camera, front)
     separation: FloatArray = np.where(in_sight, np.cos(theta) * shift[:, 0] + np.sin(theta) * shift[:, 1], 0.0)
     return separation
-
-
-def _outward_normals(bracket: Bracket) -> FloatArray:
-    """Unit normals (8, 3) of the side faces at the edges, in C: away from the other edge of the same bar."""
-    start, end = bracket.edge_points[:, 0], bracket.edge_points[:, 1]
-    along = end - start
-    along = along / np.linalg.norm(along, axis=1, keepdims=True)
-    other = start[np.arange(len(start)) ^ 1]
-    away = start - other
-    away = away - np.einsum("ki,ki->k", away, along)[:, None] * along
-    normals: FloatArray = away / np.linalg.norm(away, axis=1, keepdims=True)
-    return normals

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import attrs
@@ -142,7 +143,7 @@ class Rig:
         """Middle of each raw row's exposure (height,) after the image's stamp, ns."""
         return row_delays_ns(self.height, self.scan, self.line_delay_ns, self.field_delay_ns)
 
-    @property
+    @cached_property
     def focal_rect(self) -> float:
         """Focal length of the rectified views, px: the mean of fx and fy of all cameras."""
         return float(np.mean([(camera.fx, camera.fy) for camera in self.cameras]))
