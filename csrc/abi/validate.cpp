@@ -50,7 +50,7 @@ struct Setting {
 
 #define SETTING(field, low, high) Setting(#field, &rvdnav_config::field, low, high)
 constexpr Setting kSettings[] = {
-    SETTING(isa, RVDNAV_ISA_AUTO, RVDNAV_ISA_NEON),
+    SETTING(isa, RVDNAV_ISA_AUTO, RVDNAV_ISA_SSE2),
     SETTING(edge_floor, 1, 255),
     SETTING(edge_weber_q8, 0, 255),
     SETTING(edge_knee, 0, 255),

@@ -11,6 +11,8 @@ rvdnav_status rvdnav_host_isa(int32_t* isa) {
     *isa = RVDNAV_ISA_AUTO;
   } else if (std::strcmp(name, "scalar") == 0) {
     *isa = RVDNAV_ISA_SCALAR;
+  } else if (std::strcmp(name, "sse2") == 0) {
+    *isa = RVDNAV_ISA_SSE2;
   } else if (std::strcmp(name, "avx2") == 0) {
     *isa = RVDNAV_ISA_AVX2;
   } else if (std::strcmp(name, "neon") == 0) {

@@ -5,9 +5,9 @@
 #include "rvdnav/rvdnav.h"
 
 #if defined(__x86_64__)
-#define RVDNAV_BUILD_AVX2 1
+#define RVDNAV_BUILD_X86 1
 #else
-#define RVDNAV_BUILD_AVX2 0
+#define RVDNAV_BUILD_X86 0
 #endif
 #if defined(__aarch64__)
 #define RVDNAV_BUILD_NEON 1
@@ -18,7 +18,8 @@
 namespace rvdnav {
 
 extern const Kernels kScalarKernels;
-#if RVDNAV_BUILD_AVX2
+#if RVDNAV_BUILD_X86
+extern const Kernels kSse2Kernels;
 extern const Kernels kAvx2Kernels;
 #endif
 #if RVDNAV_BUILD_NEON

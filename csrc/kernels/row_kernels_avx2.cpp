@@ -1,7 +1,7 @@
 // The row kernels for AVX2; the build gives this file alone the flag that allows it.
 #include "kernels/kernel_sets.hpp"
 
-#if RVDNAV_BUILD_AVX2
+#if RVDNAV_BUILD_X86
 #ifndef __AVX2__
 #error "compile this file for AVX2"
 #endif

@@ -66,8 +66,10 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "bench: %s: not an image\n", argv[i]);
       return 2;
     }
-    for (const auto& [isa, name] :
-         {std::pair{RVDNAV_ISA_SCALAR, "scalar"}, {RVDNAV_ISA_AVX2, "avx2"}, {RVDNAV_ISA_NEON, "neon"}}) {
+    for (const auto& [isa, name] : {std::pair{RVDNAV_ISA_SCALAR, "scalar"},
+                                    {RVDNAV_ISA_SSE2, "sse2"},
+                                    {RVDNAV_ISA_AVX2, "avx2"},
+                                    {RVDNAV_ISA_NEON, "neon"}}) {
       const Kernels* kernels = select_kernels(isa);
       if (kernels == nullptr) continue;
       std::printf("%s, %s\n", argv[i], name);

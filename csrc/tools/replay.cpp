@@ -3,7 +3,7 @@
 // replay RIG [ISA] LEFT.pgm RIGHT.pgm [LEFT.pgm RIGHT.pgm ...]
 //
 // RIG is a text file of numbers: width height focal_rect baseline, then for each of the two cameras fx fy cx cy k1 k2
-// p1 p2 and the nine elements of R_rect_cam, row by row.  ISA is scalar, avx2 or neon, default the best there is.
+// p1 p2 and the nine elements of R_rect_cam, row by row.  ISA is scalar, sse2, avx2 or neon, default the best there is.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -167,6 +167,7 @@ class Replay {
 
 int32_t isa_by_name(const char* name) {
   if (std::strcmp(name, "scalar") == 0) return RVDNAV_ISA_SCALAR;
+  if (std::strcmp(name, "sse2") == 0) return RVDNAV_ISA_SSE2;
   if (std::strcmp(name, "avx2") == 0) return RVDNAV_ISA_AVX2;
   if (std::strcmp(name, "neon") == 0) return RVDNAV_ISA_NEON;
   return RVDNAV_ISA_AUTO;
@@ -176,7 +177,7 @@ int32_t isa_by_name(const char* name) {
 
 int main(int argc, char** argv) {
   int next = 1;
-  if (argc < 4) fail("usage", "replay RIG [scalar|avx2|neon] LEFT.pgm RIGHT.pgm ...");
+  if (argc < 4) fail("usage", "replay RIG [scalar|sse2|avx2|neon] LEFT.pgm RIGHT.pgm ...");
   const rvdnav_rig rig = read_rig(argv[next++]);
   const int32_t isa = isa_by_name(argv[next]);
   if (isa != RVDNAV_ISA_AUTO) ++next;

@@ -72,7 +72,7 @@ enum {
 };
 
 /* Instruction set of the row kernels. */
-enum { RVDNAV_ISA_AUTO = 0, RVDNAV_ISA_SCALAR = 1, RVDNAV_ISA_AVX2 = 2, RVDNAV_ISA_NEON = 3 };
+enum { RVDNAV_ISA_AUTO = 0, RVDNAV_ISA_SCALAR = 1, RVDNAV_ISA_AVX2 = 2, RVDNAV_ISA_NEON = 3, RVDNAV_ISA_SSE2 = 4 };
 
 /* The stages of a frame, in the order of the data; indices of stage_ns. */
 enum {

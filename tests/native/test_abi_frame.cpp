@@ -166,6 +166,9 @@ TEST_CASE("the environment chooses the instruction set") {
   setenv("RVDNAV_FORCE_ISA", "scalar", 1);
   CHECK(rvdnav_host_isa(&isa) == RVDNAV_OK);
   CHECK(isa == RVDNAV_ISA_SCALAR);
+  setenv("RVDNAV_FORCE_ISA", "sse2", 1);
+  CHECK(rvdnav_host_isa(&isa) == RVDNAV_OK);
+  CHECK(isa == RVDNAV_ISA_SSE2);
   setenv("RVDNAV_FORCE_ISA", "mmx", 1);
   CHECK(rvdnav_host_isa(&isa) == RVDNAV_ERROR_ISA);
   unsetenv("RVDNAV_FORCE_ISA");

@@ -78,7 +78,7 @@ TEST_CASE("every instruction set that this build and machine have gives the bits
   const Kernels* scalar = select_kernels(RVDNAV_ISA_SCALAR);
   REQUIRE(scalar != nullptr);
   plain::Random random(2);
-  for (int32_t isa : {RVDNAV_ISA_AVX2, RVDNAV_ISA_NEON}) {
+  for (int32_t isa : {RVDNAV_ISA_SSE2, RVDNAV_ISA_AVX2, RVDNAV_ISA_NEON}) {
     const Kernels* kernels = select_kernels(isa);
     if (kernels == nullptr) continue;
     CHECK(kernels->isa == isa);
@@ -157,6 +157,22 @@ TEST_CASE("every instruction set gives single edge pixels the same directions, e
   }
 }
 
+TEST_CASE("every ratio of a gradient's components has the same direction with every instruction set") {
+  plain::Grey image(4 * 128 + 4, 5);
+  std::vector<uint32_t> pixels;
+  for (int32_t i = 0; i < 128; ++i) {  // (254, 2 i)
+    const int32_t x = 4 * i + 2;
+    image.at(x + 1, 2) = 127;
+    image.at(x, 3) = static_cast<uint8_t>(i);
+    pixels.push_back(packed_pixel(x, 2));
+  }
+  std::vector<uint8_t> a(pixels.size()), b(pixels.size());
+  select_kernels(RVDNAV_ISA_SCALAR)->gradient_levels(image.pixels.data(), image.w, pixels.data(), 128, a.data());
+  select_kernels(RVDNAV_ISA_AUTO)->gradient_levels(image.pixels.data(), image.w, pixels.data(), 128, b.data());
+  CHECK(a == b);
+  CHECK(a.back() == 32);
+}
+
 TEST_CASE("the automatic choice is one of the sets there are") {
   const Kernels* best = select_kernels(RVDNAV_ISA_AUTO);
   REQUIRE(best != nullptr);
@@ -164,6 +180,7 @@ TEST_CASE("the automatic choice is one of the sets there are") {
   CHECK(select_kernels(99) == nullptr);
 #if defined(__x86_64__)
   CHECK(select_kernels(RVDNAV_ISA_NEON) == nullptr);
-  if (__builtin_cpu_supports("avx2")) CHECK(best->isa == RVDNAV_ISA_AVX2);
+  CHECK(best->isa == (__builtin_cpu_supports("avx2") ? RVDNAV_ISA_AVX2 : RVDNAV_ISA_SSE2));
+  CHECK(select_kernels(RVDNAV_ISA_SSE2)->isa == RVDNAV_ISA_SSE2);
 #endif
 }

@@ -16,7 +16,7 @@ _RESERVED = {"struct_size", "clock", "clock_user"}
 def make_config(**overrides: Any) -> Any:
     """An rvdnav_config with the host's clock and, unless overridden, the host's choice of instruction set.
 
-    ``isa`` may be a name ("auto", "scalar", "avx2", "neon"); the other names are the fields of the C structure.
+    ``isa`` may be a name ("auto", "scalar", "sse2", "avx2", "neon"); the other names are the fields of the C structure.
     Raises TypeError for a setting that doesn't exist, ValueError with its name and range for a value outside of it.
     """
     config = ffi.new("rvdnav_config *")

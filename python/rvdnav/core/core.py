@@ -38,7 +38,7 @@ class Core(Stages):
 
     @property
     def isa(self) -> str:
-        """The instruction set in use: "scalar", "avx2" or "neon"."""
+        """The instruction set in use: "scalar", "sse2", "avx2" or "neon"."""
         return isa_name(lib.rvdnav_context_isa(self.handle))
 
     def process(
