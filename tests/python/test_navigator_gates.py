@@ -8,8 +8,10 @@ import pytest
 from drawn_scene import bracket_target, draw_frame, example_rig, pose
 from rvdnav.core import Core, FrameResult
 from rvdnav.navigator.agreement import disparity_errors, view_difference
+from rvdnav.navigator.coarse import coarse_pose
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.gates import failed_gates, plausible_motion
+from rvdnav.navigator.geometry import rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement, measure
 from rvdnav.navigator.settings import NavigatorSettings
@@ -52,6 +54,23 @@ def hide(measurement: Measurement, camera: int, edges: list[int]) -> Measurement
 
 def with_pose(measurement: Measurement, **changes: object) -> Measurement:
     return attrs.evolve(measurement, pose=attrs.evolve(measurement.pose, **changes))
+
+
+@pytest.mark.parametrize("edges", [[0, 2, 4], [0, 1, 2, 4], [0, 1]])
+def test_few_lines_do_not_move_an_acquired_pose(edges: list[int]) -> None:
+    """One of them is a bar's width off, as where noise hides most edges; three or four lines don't tell which, and two
+    parallel ones determine nothing."""
+    left = ACQUIRED.views[0]
+    assert left is not None
+    assert left.line_found[edges].all()
+    lines = left.lines.copy()
+    lines["rho"][edges[0]] += 8.0
+    few = attrs.evolve(left, lines=lines, line_found=np.isin(np.arange(8), edges), apex_found=np.zeros(8, np.bool_))
+    blank = attrs.evolve(few, line_found=np.zeros(8, np.bool_))
+    frame = attrs.evolve(ACQUIRED, views=(few, blank), apex_found=np.zeros(8, np.bool_))
+    learned = Learned.nothing(KNOWLEDGE.lasting)
+    T, _ = coarse_pose(MODEL, frame, rectified_cameras(RIG), TRUE, KNOWLEDGE, learned)
+    np.testing.assert_array_equal(T, TRUE)
 
 
 def test_a_good_measurement_passes(good: Measurement) -> None:

@@ -26,7 +26,8 @@ _POOR_FIT = 1.5
 # What a line from Hough space alone is good for, and the least that a fitted one is taken to err, px.
 _PEAK_SIGMA_PX = 0.7
 _LINE_SIGMA_PX = 0.15
-_MIN_LINES = 3
+# Three or four lines leave nothing to tell that one of them is another's, and the prior is better than they.
+_MIN_LINES = 5
 # From which distance, px, a line lies beside its edge, and how many must come back to it for the calibration to be off:
 # that moves many at once, noise and blur some.
 _ASTRAY_PX = 1.0
@@ -45,13 +46,17 @@ def coarse_pose(
     (p,) that it was found with.
 
     Those are the expected ones, unless most of the lines that contradict them agree once the calibration is freed.
-    prior (4, 4): the acquired or the predicted pose, taken as it is where fewer than three lines were found.
+    prior (4, 4): the acquired or the predicted pose, taken as it is where fewer than five lines were found, or they
+    determine no pose.
     """
     lines = line_measurements(model.edge_points, frame)
     expected = knowledge.expected(learned)
     if len(lines) < _MIN_LINES:
         return prior, expected
-    pose = _by_lines(model, frame, lines, cameras, prior)
+    try:
+        pose = _by_lines(model, frame, lines, cameras, prior)
+    except PoseError:
+        return prior, expected
     if knowledge.lasting > 0 and len(np.unique(lines.camera)) > 1:
         T = pose.T_world_target
         freed = refine_pose_lines(T, lines, cameras, systematics=knowledge.of_coarse_lines(T, lines, learned))
