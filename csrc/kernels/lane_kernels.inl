@@ -124,12 +124,12 @@ static void ridge_row(const int16_t* __restrict above, const int16_t* __restrict
 // The words of a row from k - 1 and from k + 1 on; beyond the row's ends they are 0.
 static inline Words words_before(const uint32_t* row, int32_t k) {
   if (k > 0) return load<Words>(row + k - 1);
-  return __builtin_shuffle(Words{}, load<Words>(row), kLane + static_cast<uint32_t>(kWords - 1));
+  return one_lane_on(load<Words>(row));
 }
 
 static inline Words words_after(const uint32_t* row, int32_t k, int32_t words) {
   if (k + kWords < words) return load<Words>(row + k + 1);
-  return __builtin_shuffle(load<Words>(row + k), Words{}, kLane + 1);
+  return one_lane_back(load<Words>(row + k));
 }
 
 static bool deletable_row(const uint32_t* above, const uint32_t* centre, const uint32_t* below, int32_t words,

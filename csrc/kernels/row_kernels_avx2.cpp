@@ -84,6 +84,14 @@ static inline uint64_t total_of(Sums sums) {
   return part[0] + part[1] + part[2] + part[3];
 }
 
+// Every word moved to the next or to the previous lane; a 0 comes in.
+static inline Words one_lane_on(Words v) {
+  return reinterpret_cast<Words>(_mm256_alignr_epi8(raw(v), _mm256_permute2x128_si256(raw(v), raw(v), 0x08), 12));
+}
+static inline Words one_lane_back(Words v) {
+  return reinterpret_cast<Words>(_mm256_alignr_epi8(_mm256_permute2x128_si256(raw(v), raw(v), 0x81), raw(v), 4));
+}
+
 template <typename Vector>
 static inline bool any(Vector v) {
   return _mm256_testz_si256(raw(v), raw(v)) == 0;

@@ -24,8 +24,6 @@ using UShorts = uint16_t __attribute__((vector_size(16)));
 using Words = uint32_t __attribute__((vector_size(16)));
 using Mask = uint16_t;
 
-constexpr Words kLane = {0, 1, 2, 3};
-
 // The first and the last eight.
 struct Pair {
   Shorts lo, hi;
@@ -65,6 +63,14 @@ static inline UShorts capped_sum(UShorts a, UShorts b) { return reinterpret_cast
 using Sums = uint64x2_t;
 static inline Sums add_up(Sums sums, Bytes v) { return vpadalq_u32(sums, vpaddlq_u16(vpaddlq_u8(raw(v)))); }
 static inline uint64_t total_of(Sums sums) { return vaddvq_u64(sums); }
+
+// Every word moved to the next or to the previous lane; a 0 comes in.
+static inline Words one_lane_on(Words v) {
+  return reinterpret_cast<Words>(vextq_u32(vdupq_n_u32(0), reinterpret_cast<uint32x4_t>(v), 3));
+}
+static inline Words one_lane_back(Words v) {
+  return reinterpret_cast<Words>(vextq_u32(reinterpret_cast<uint32x4_t>(v), vdupq_n_u32(0), 1));
+}
 
 template <typename Vector>
 static inline bool any(Vector v) {

@@ -24,8 +24,6 @@ using UShorts = uint16_t __attribute__((vector_size(16)));
 using Words = uint32_t __attribute__((vector_size(16)));
 using Mask = uint16_t;
 
-constexpr Words kLane = {0, 1, 2, 3};
-
 // The first and the last eight.
 struct Pair {
   Shorts lo, hi;
@@ -77,6 +75,10 @@ static inline uint64_t total_of(Sums sums) {
   __builtin_memcpy(part, &sums, sizeof part);
   return part[0] + part[1];
 }
+
+// Every word moved to the next or to the previous lane; a 0 comes in.
+static inline Words one_lane_on(Words v) { return reinterpret_cast<Words>(_mm_slli_si128(raw(v), 4)); }
+static inline Words one_lane_back(Words v) { return reinterpret_cast<Words>(_mm_srli_si128(raw(v), 4)); }
 
 template <typename Vector>
 static inline bool any(Vector v) {
