@@ -38,7 +38,7 @@ void lay_out_view(const Context& c, Arena& arena, Workspace& work) {
 }
 
 // Edge pixels that there is room for: in textured images a tenth of the pixels, in large ones less, as edges are lines.
-int32_t default_edgels(const rvdnav_rig& rig) { return std::max(65536, rig.width * rig.height / 16); }
+int32_t default_edgels(const rvdnav_rig& rig) { return std::max<int32_t>(65536, rig.width * rig.height / 16); }
 
 }  // namespace
 

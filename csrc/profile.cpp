@@ -41,11 +41,11 @@ double interpolate(const GreyView& image, double u, double v) {
   double down[4];
   cubic_weights(u - x, across);
   cubic_weights(v - y, down);
-  const int32_t left = std::max(x - 1, 0);
+  const int32_t left = std::max<int32_t>(x - 1, 0);
   const int32_t right = std::min(x + 2, image.width - 1);
   double sum = 0.0;
   for (int32_t k = 0; k < 4; ++k) {
-    const uint8_t* row = image.row(std::clamp(y - 1 + k, 0, image.height - 1));
+    const uint8_t* row = image.row(std::clamp<int32_t>(y - 1 + k, 0, image.height - 1));
     sum += down[k] * (across[0] * row[left] + across[1] * row[x] + across[2] * row[x + 1] + across[3] * row[right]);
   }
   return sum;
@@ -83,7 +83,7 @@ bool sample_profile(const rvdnav_rig& rig, int32_t camera, const GreyView& image
 bool find_start(const Profile& profile, int32_t polarity, double half_width, double blur, double* t0) {
   double best = 0.0;
   // Values to both sides, between which the slope is taken: over the width of the step, so that noise counts less.
-  const int32_t reach = std::clamp(static_cast<int32_t>(blur / kProfileSpacing + 0.5), 2, 8);
+  const int32_t reach = std::clamp<int32_t>(static_cast<int32_t>(blur / kProfileSpacing + 0.5), 2, 8);
   for (int32_t i = reach; i < profile.count - reach; ++i) {
     if (std::abs(profile.t[i]) > half_width - 1.0) continue;
     const double slope = profile.grey[i + reach] - profile.grey[i - reach];
@@ -114,7 +114,7 @@ ProfileCount measure_edge(const rvdnav_rig& rig, int32_t camera, const GreyView&
   const Surroundings first = sloped.other != 0.0 ? sloped : surroundings(0.0, blur);
   const bool slopes = edge.face != 0.0 && sloped.other == 0.0;
   const double sampled = profile_reach(settings.half_width, edge.face, blur);
-  const int32_t n = std::max(static_cast<int32_t>(length / settings.step), 1);
+  const int32_t n = std::max<int32_t>(static_cast<int32_t>(length / settings.step), 1);
   for (int32_t i = 0; i < n; ++i) {
     const double fraction = (i + 0.5) / n;
     const Eigen::Vector2d p = start + fraction * span;
