@@ -88,9 +88,9 @@ def failed_gates(
     # It bounds the search; what is tracked may come nearer or go farther, as long as its edges are in view.
     if acquired and not config.range_min <= distance <= config.range_max:
         reasons.add(Reason.RANGE_GATE)
-    if _too_uncertain(pose.covariance, distance, settings):
+    if too_uncertain(pose.covariance, distance, settings):
         # The rival's share widens the covariance; without it the pose by itself is sure enough.
-        alone = measurement.rival is None or _too_uncertain(measurement.own_covariance, distance, settings)
+        alone = measurement.rival is None or too_uncertain(measurement.own_covariance, distance, settings)
         reasons.add(Reason.COVARIANCE if alone else Reason.AMBIGUOUS)
     return frozenset(reasons)
 
@@ -128,7 +128,7 @@ def too_far_apart(first: Measurement, second: Measurement, settings: NavigatorSe
     return float(np.linalg.norm(apart)) > 6.0 * settings.max_position_sigma
 
 
-def _too_uncertain(covariance: FloatArray, distance: float, settings: NavigatorSettings) -> bool:
+def too_uncertain(covariance: FloatArray, distance: float, settings: NavigatorSettings) -> bool:
     """Whether the largest standard deviation in any direction exceeds its limit; distance, m."""
     position, attitude = (float(np.sqrt(np.linalg.eigvalsh(block)[-1])) for block in _blocks(covariance))
     return position > settings.max_position_sigma or attitude > settings.max_attitude_sigma * (1.0 + distance)
@@ -143,7 +143,8 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
     shown = (measurement.coverage >= settings.edge_coverage) | (measurement.back_coverage >= settings.edge_coverage)
     expected = measurement.sampled.attempted >= _MIN_PROFILES
     if model.bracket is None:
-        return _most_shown(shown, expected) and measurement.total_coverage >= max(settings.min_coverage, _MOST_PROFILES)
+        enough = measurement.total_coverage >= max(settings.min_coverage, _MOST_PROFILES)
+        return enough and most_shown(measurement.coverage, measurement.sampled.attempted, settings)
     # At close range parts of the target are beyond the images' borders: a view cannot show more than it holds.
     least = np.minimum(settings.min_edges, np.ceil(_SHOWN_PART * expected.sum(axis=1)))
     seen = measurement.seen
@@ -163,14 +164,18 @@ def _enough_shown(measurement: Measurement, model: EdgeModel, settings: Navigato
     return _all_but_one_bar(shown, expected, measurement.polarity, settings)
 
 
-def _most_shown(shown: BoolArray, expected: BoolArray) -> bool:
-    """Whether each view shows most of the edges that it should; shown and expected (cameras, edges).
+def most_shown(coverage: FloatArray, attempted: IntArray, settings: NavigatorSettings) -> bool:
+    """Whether the views together show most of the edges that they should, and each at least half of its own.
 
-    Three edges fit any three lines: without a fourth one nothing would contradict a wrong pose.
+    coverage (cameras, edges): part of the attempted profiles, of the same shape, that agree with a pose.  What one view
+    does not show of a rigid target the other one vouches for.  Three edges fit any three lines: without a fourth one
+    nothing would contradict a wrong pose.
     """
-    shown = shown & expected
-    least = np.ceil(_MOST_EDGES * expected.sum(axis=1))
-    return bool((shown.sum(axis=1) >= least).all() and shown.sum() >= _MIN_EDGE_IMAGES)
+    expected = attempted >= _MIN_PROFILES
+    shown = (coverage >= settings.edge_coverage) & expected
+    if (2 * shown.sum(axis=1) < expected.sum(axis=1)).any():
+        return False
+    return bool(shown.sum() >= max(_MIN_EDGE_IMAGES, np.ceil(_MOST_EDGES * expected.sum())))
 
 
 def _every_bar_shown(shown: BoolArray, expected: BoolArray, least: int) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import attrs
 import numpy as np
@@ -127,12 +128,15 @@ class Measurement:
         total = brighter - darker
         return np.where(np.abs(total) > _SAME_POLARITY * (brighter + darker), np.sign(total), 0)
 
-    def between(self, other: Measurement) -> Measurement:
-        """Half way to another one, where the truth may be at either; that errs alike in all frames."""
-        half = 0.5 * difference(other.pose.T_world_target, self.pose.T_world_target)
-        T = perturb(self.pose.T_world_target, half)
-        covariance = self.pose.covariance + np.outer(half, half)
-        return attrs.evolve(self, pose=attrs.evolve(self.pose, T_world_target=T, covariance=covariance))
+    def among(self, others: Sequence[Measurement]) -> Measurement:
+        """What lies in the middle of this and the other ones, where the truth may be at any; that errs alike in all
+        frames."""
+        T = self.pose.T_world_target
+        apart = np.array([np.zeros(6)] + [difference(other.pose.T_world_target, T) for other in others])
+        middle = apart.mean(axis=0)
+        spread = (apart - middle).T @ (apart - middle) / len(apart)
+        pose = attrs.evolve(self.pose, T_world_target=perturb(T, middle), covariance=self.pose.covariance + spread)
+        return attrs.evolve(self, pose=pose)
 
     @property
     def total_coverage(self) -> float:

@@ -163,7 +163,7 @@ class Navigator:
                     return self._without_pose(frame.timestamp_ns, notes | other.reasons, other)
                 if too_far_apart(measurement, other.measurement, self._settings):
                     return self._without_pose(frame.timestamp_ns, notes | {Reason.COVARIANCE}, attempt)
-                measurement = measurement.between(other.measurement)
+                measurement = measurement.among([other.measurement])
             return self._published(frame.timestamp_ns, notes, attempt, measurement)
         except _UNDETERMINED:
             self.memory = unmeasured

@@ -116,7 +116,7 @@ class Surveyor:
             if association.half_rho > self._settings.window_max_rho_px and attempt.coverage < _WIDE_COVERAGE:
                 attempt = attrs.evolve(attempt, reasons=attempt.reasons | {Reason.TOO_FEW_LINES})
             attempts.append(attempt)
-        return best_attempt(attempts)
+        return best_attempt(attempts, self._settings)
 
     def _without_lines(self, views: Views) -> FrameResult:
         return chosen_lines(views, [], None, len(self._model))
