@@ -25,6 +25,8 @@ rvdnav_status check_image(const rvdnav_context* context, const rvdnav_image* ima
 // No bits are set beyond the image's width.
 rvdnav_status check_edge_bits(const rvdnav_context* context, const uint32_t* edge_bits);
 rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t count);
+rvdnav_status check_peaks(const rvdnav_peak* peaks, uint32_t count);
+rvdnav_status check_segments(const rvdnav_segment* segments, uint32_t count);
 rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count);
 
 // abi/validate.cpp

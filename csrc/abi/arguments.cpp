@@ -4,6 +4,15 @@
 #include "abi/abi.hpp"
 
 namespace rvdnav {
+namespace {
+
+constexpr int32_t kFarthestPeak = 16384 << 8;    // Q8
+constexpr int32_t kFullTurnQ8 = 360 << 8;        // degrees
+constexpr double kFullTurn = 6.283185307179586;  // radians
+
+bool within(int32_t value, int32_t bound) { return value >= -bound && value <= bound; }
+
+}  // namespace
 
 rvdnav_status check_context(const rvdnav_context* context) {
   if (context == nullptr) return RVDNAV_ERROR_NULL;
@@ -39,6 +48,28 @@ rvdnav_status check_edge_bits(const rvdnav_context* context, const uint32_t* edg
 rvdnav_status check_edgels(const rvdnav_context* context, const rvdnav_edgel* edgels, uint32_t count) {
   if (edgels == nullptr && count > 0) return RVDNAV_ERROR_NULL;
   return count <= static_cast<uint32_t>(context->context.config.max_edgels) ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
+}
+
+rvdnav_status check_peaks(const rvdnav_peak* peaks, uint32_t count) {
+  if (peaks == nullptr && count > 0) return RVDNAV_ERROR_NULL;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (!within(peaks[i].rho_q8, kFarthestPeak) || !within(peaks[i].theta_q8, kFullTurnQ8)) {
+      return RVDNAV_ERROR_ARGUMENT;
+    }
+  }
+  return RVDNAV_OK;
+}
+
+rvdnav_status check_segments(const rvdnav_segment* segments, uint32_t count) {
+  if (segments == nullptr && count > 0) return RVDNAV_ERROR_NULL;
+  for (uint32_t i = 0; i < count; ++i) {
+    const rvdnav_segment& s = segments[i];
+    // Written so that a NaN fails.
+    const bool line = std::abs(s.rho) <= kFar && std::abs(s.theta) <= kFullTurn;
+    const bool extent = std::abs(s.t_min) <= kFar && std::abs(s.t_max) <= kFar && s.t_min <= s.t_max;
+    if (!line || !extent || (s.polarity != 1 && s.polarity != -1)) return RVDNAV_ERROR_ARGUMENT;
+  }
+  return RVDNAV_OK;
 }
 
 rvdnav_status check_windows(const rvdnav_window* windows, uint32_t count) {

@@ -11,8 +11,8 @@ rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_t camera, c
                                       rvdnav_segment* segments, uint32_t capacity, uint32_t* count) {
   RVDNAV_TRY(check_camera(context, camera));
   RVDNAV_TRY(check_edgels(context, edgels, edgel_count));
-  if (count == nullptr || (peaks == nullptr && peak_count > 0)) return RVDNAV_ERROR_NULL;
-  if (segments == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
+  RVDNAV_TRY(check_peaks(peaks, peak_count));
+  if (count == nullptr || (segments == nullptr && capacity > 0)) return RVDNAV_ERROR_NULL;
   Context& c = context->context;
   const SegmentLimits limits = {static_cast<double>(c.config.segment_min_length),
                                 static_cast<double>(c.config.segment_max_gap)};
@@ -25,8 +25,8 @@ rvdnav_status rvdnav_extract_segments(rvdnav_context* context, int32_t camera, c
 rvdnav_status rvdnav_find_bars(rvdnav_context* context, int32_t camera, const rvdnav_segment* segments,
                                uint32_t segment_count, rvdnav_bar* bars, uint32_t capacity, uint32_t* count) {
   RVDNAV_TRY(check_camera(context, camera));
-  if (count == nullptr || (segments == nullptr && segment_count > 0)) return RVDNAV_ERROR_NULL;
-  if (bars == nullptr && capacity > 0) return RVDNAV_ERROR_NULL;
+  RVDNAV_TRY(check_segments(segments, segment_count));
+  if (count == nullptr || (bars == nullptr && capacity > 0)) return RVDNAV_ERROR_NULL;
   const Context& c = context->context;
   if (!c.has_target) return RVDNAV_ERROR_TARGET;  // its bars' width is what pairs segments
   uint32_t total = 0;

@@ -202,15 +202,16 @@ typedef struct rvdnav_edgel {
 
 /* A local maximum of Hough space. */
 typedef struct rvdnav_peak {
-  int32_t rho_q8;   /* pixels */
-  int32_t theta_q8; /* degrees */
+  int32_t rho_q8;   /* pixels [-16384, 16384] */
+  int32_t theta_q8; /* degrees [-360, 360] */
   uint32_t votes;   /* 0: no peak (rvdnav_hough_track only) */
 } rvdnav_peak;
 
 /* A straight run of edgels along a line. */
 typedef struct rvdnav_segment {
-  double rho, theta;
-  double t_min, t_max; /* its ends along the line */
+  double rho;          /* [-16384, 16384] */
+  double theta;        /* a full turn to both sides at most */
+  double t_min, t_max; /* its ends along the line [-16384, 16384] */
   int32_t polarity;    /* +1: brighter towards growing rho, -1: darker */
   uint32_t support;    /* edgels on it */
   double rms;          /* of the edgels across it, pixels */

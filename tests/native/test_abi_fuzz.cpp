@@ -112,3 +112,37 @@ TEST_CASE("edgels anywhere and windows anywhere go through Hough space") {
   CHECK(rvdnav_hough_track(owner.context, 0, edgels.data(), count, &bad, 1, peaks.data()) == RVDNAV_ERROR_ARGUMENT);
   CHECK(owner.guard_intact());
 }
+
+TEST_CASE("peaks and segments beyond their range are refused, whatever they would lead to") {
+  const rvdnav_target target = scene::target();
+  const scene::Owner owner(scene::config(), odd_rig(), &target);
+  REQUIRE(owner.status == RVDNAV_OK);
+  rvdnav_segment segments[4];
+  uint32_t count = 0;
+  const auto extract = [&](const rvdnav_peak& peak) {
+    return rvdnav_extract_segments(owner.context, 0, nullptr, 0, &peak, 1, segments, 4, &count);
+  };
+  CHECK(extract({16384 << 8, 360 << 8, 20}) == RVDNAV_OK);
+  CHECK(extract({INT32_MIN, 0, 20}) == RVDNAV_ERROR_ARGUMENT);
+  CHECK(extract({0, INT32_MAX, 20}) == RVDNAV_ERROR_ARGUMENT);
+
+  // The two sides of a bar, one of them disturbed.
+  const rvdnav_segment side = {-50.0, 0.1, -40.0, 40.0, 1, 60, 0.3};
+  const auto find = [&](double rvdnav_segment::*field, double value) {
+    rvdnav_segment pair[2] = {side, side};
+    pair[1].rho = -42.0;
+    pair[1].polarity = -1;
+    pair[1].*field = value;
+    rvdnav_bar bars[4];
+    return rvdnav_find_bars(owner.context, 0, pair, 2, bars, 4, &count);
+  };
+  CHECK(find(&rvdnav_segment::theta, 0.1) == RVDNAV_OK);
+  CHECK(count == 1);
+  for (const double value : {1e300, -7.0, static_cast<double>(INFINITY), std::nan("")}) {
+    CHECK(find(&rvdnav_segment::theta, value) == RVDNAV_ERROR_ARGUMENT);
+  }
+  for (double rvdnav_segment::*field : {&rvdnav_segment::rho, &rvdnav_segment::t_min, &rvdnav_segment::t_max}) {
+    CHECK(find(field, -1e5) == RVDNAV_ERROR_ARGUMENT);
+    CHECK(find(field, std::nan("")) == RVDNAV_ERROR_ARGUMENT);
+  }
+}

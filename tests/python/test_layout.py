@@ -1,4 +1,4 @@
-"""The parts of the package import downward only, as CONTRIBUTING.md draws them."""
+"""The parts of the package import downward only, as CONTRIBUTING.md draws them; the fuzzing reaches all of the ABI."""
 
 from __future__ import annotations
 
@@ -44,3 +44,11 @@ def test_parts_import_downward_as_documented(imports: dict[str, set[str]]) -> No
     for upper, lower in itertools.combinations(floors, 2):
         for part in lower:
             assert not imports[part] & upper, part
+
+
+def test_the_fuzzing_harness_calls_every_function_of_the_abi() -> None:
+    header = (ROOT / "include" / "rvdnav" / "rvdnav.h").read_text("utf-8")
+    functions = set(re.findall(r"^RVDNAV_API [\w *]*?\*? ?(rvdnav_\w+)\(", header, re.MULTILINE))
+    assert len(functions) > 30
+    calls = "".join(file.read_text("utf-8") for file in (ROOT / "tests" / "fuzz").glob("*.cpp"))
+    assert functions <= set(re.findall(r"\b(rvdnav_\w+)", calls))
