@@ -41,7 +41,8 @@ def set_folder(name: str, tmp_path: Path) -> Path:
     [
         ("cube", 10, 8, 0.6),  # the second frame is the first one once more
         ("cube_video", 10, 8, 0.6),
-        ("teabox_stereo", 5, 5, 1.0),
+        ("teabox", 12, 10, 1.3),
+        ("teabox_stereo", 5, 5, 0.9),
         ("castle_simulated", 10, 10, 0.5),
         ("teabox_simulated", 6, 6, 0.4),
         ("blue_box", 10, 10, 0.7),
