@@ -30,7 +30,6 @@ from rvdnav.sequence import Frame, Sequence
 from rvdnav.solution import Solution
 from rvdnav.summary import stage_medians
 
-FRAMES = 200
 ACQUISITION, TRACKING, TRACKING_ONE_CORE = "acquisition", "tracking", "tracking, 1 core"
 CANNY = "Canny(50, 150)"
 _STEP_NS = 125_000_000
@@ -82,9 +81,7 @@ class Benchmark:
         return {"machine": self.machine, "times": times, "stages": self.stages}
 
 
-def benchmark(
-    sequence: Sequence, frames: int = FRAMES, tell: Callable[[str, int, int], None] | None = None
-) -> Benchmark:
+def benchmark(sequence: Sequence, frames: int, tell: Callable[[str, int, int], None] | None = None) -> Benchmark:
     """Time so many stereo frames of a sequence, shown forth and back.
 
     Acquisition is timed on the sequence's frames once, tracking on all that follow a published one.

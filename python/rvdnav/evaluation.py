@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import attrs
 import numpy as np
@@ -120,6 +120,24 @@ class Evaluation:
     def wrong(self) -> BoolArray:
         """(n,) off by more than 20 mm or 2 degrees * (1 + range / 1 m)."""
         return is_wrong(self.position_m, self.attitude_rad, self.ranges_m)
+
+    def to_json(self) -> dict[str, Any]:
+        """As an object for ``json.dumps``: counts, errors (m, rad) over all and by range; null where there is none."""
+        judged = bool(self.published)
+        return {
+            "frames": self.frames,
+            "published": self.published,
+            "wrong": int(self.wrong.sum()),
+            "mean_nees_ratio": self.mean_nees_ratio if judged else None,
+            "within_3_sigma": self.within_3_sigma.tolist() if judged else None,
+            "within_paper_limits": self.within_paper_limits if judged else None,
+            "ranges": {row.name: attrs.asdict(row) | {"upper_m": _finite(row.upper_m)} for row in self.rows},
+            "overall": attrs.asdict(self.overall) | {"upper_m": None},
+        }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def is_wrong(position_m: FloatArray, attitude_rad: FloatArray, ranges_m: FloatArray) -> BoolArray:

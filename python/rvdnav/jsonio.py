@@ -1,11 +1,13 @@
-"""The one place that parses JSON: with limits that hold for any text, and what our own files never hold refused."""
+"""The one place that parses JSON, with limits that hold for any text and what our own files never hold refused."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, NoReturn
 
-from rvdnav.files import UNPRINTABLE
+from rvdnav.files import UNPRINTABLE, write_text_atomically
 
 _DEEPEST = 30
 _LARGEST_WHOLE = 2**63
@@ -60,3 +62,8 @@ def _check(value: Any, depth: int) -> None:
     elif isinstance(value, list):
         for item in value:
             _check(item, depth + 1)
+
+
+def write_json(path: Path, record: Mapping[str, Any]) -> None:
+    """Write an object of finite numbers as a file, whole or not at all.  Raises InputError if it cannot be written."""
+    write_text_atomically(path, json.dumps(record, indent=1, allow_nan=False) + "\n")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
 from rvdnav.corrections import Corrections
+from rvdnav.rig import Rig
 from rvdnav.solution import TOTAL, LearnedDimensions, Reason, Solution
+from rvdnav.target import Target
 
 _NO_IMAGE = frozenset(
     {
@@ -66,6 +69,20 @@ def unpublished_reasons(solutions: Sequence[Solution]) -> list[tuple[Reason, int
 def counted(reasons: Iterable[Reason]) -> list[tuple[Reason, int]]:
     """How often each reason occurs, the most frequent first."""
     return sorted(Counter(reasons).items(), key=lambda item: (-item[1], item[0].name))
+
+
+def run_record(solutions: Sequence[Solution]) -> dict[str, Any]:
+    """What a run gave, as an object for ``json.dumps``: counts, claimed standard deviations (m, rad), seconds."""
+    sigmas = median_sigmas(solutions)
+    return {
+        "frames": len(solutions),
+        "published": sum(s.published for s in solutions),
+        "states": dict(Counter(s.state.name for s in solutions)),
+        "unpublished": {reason.name: count for reason, count in unpublished_reasons(solutions)},
+        "median_sigma_position_m": None if sigmas is None else sigmas[0],
+        "median_sigma_attitude_rad": None if sigmas is None else sigmas[1],
+        "median_frame_s": median_frame_time(solutions),
+    }
 
 
 def learned_dimensions(solutions: Sequence[Solution]) -> LearnedDimensions | None:
@@ -127,3 +144,21 @@ def tolerance_alarms(solutions: Sequence[Solution]) -> list[tuple[Reason, int]]:
     """In how many frames what was stated of target and calibration seemed too good; nothing for those without any."""
     counts = [(reason, sum(reason in s.reasons for s in solutions)) for reason in _TOLERANCES]
     return [(reason, count) for reason, count in counts if count]
+
+
+def points_knowledge(target: Target) -> str:
+    """To what a target's points are taken for known, and whether its file says so."""
+    if not target.dimensions_known:
+        return "points not at all (dimensions: unknown)"
+    sigmas = [1e3 * target.point_sigma(name) for name in target.points]
+    span = f"{min(sigmas):g}" if min(sigmas) == max(sigmas) else f"{min(sigmas):g} to {max(sigmas):g}"
+    if target.tolerance is None:
+        return f"points to {span} mm (tolerance not stated: as with calipers)"
+    return f"points to {span} mm" if any(sigmas) else "points exactly"
+
+
+def calibration_knowledge(rig: Rig) -> str:
+    """To what a rig's calibration is taken for known, and whether its files say so."""
+    if rig.calibration_covariance is None:
+        return "calibration as made by hand (covariance not stated)"
+    return f"calibration {'to the covariance of rig.yaml' if rig.calibration_covariance.any() else 'exactly'}"

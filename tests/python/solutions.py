@@ -81,7 +81,7 @@ class Scripted:
     memory = None
     learned_target = None
 
-    def __init__(self, rig, target):
+    def __init__(self, rig, target, **options):
         self.run = None
 
     def process(self, frame):

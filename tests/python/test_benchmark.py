@@ -59,7 +59,7 @@ def test_frames_of_one_camera_are_not_timed(sequence):
     for image in (sequence / "cam1" / "data").iterdir():
         image.write_bytes(b"")
     with pytest.raises(InputError, match="no stereo frames"):
-        benchmark(open_sequence(sequence))
+        benchmark(open_sequence(sequence), 2)
 
 
 def test_the_table_and_the_record(sequence, tmp_path, capsys):

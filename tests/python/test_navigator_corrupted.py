@@ -45,7 +45,7 @@ def test_edges_beyond_every_image_are_left_out() -> None:
     beside = Surroundings(np.full((2, len(model)), 1e9), np.full((2, len(model)), 1e9))
     sampled = sample_edges(Core(RIG, TARGET), RIG, images, T, model, 2.5, unknown, beside)
     assert not sampled.attempted[0, beyond].any()
-    settings = NavigatorSettings(window_max_rho_px=1e9)
+    settings = NavigatorSettings(window_max_rho_px=1e5)
     prediction = PredictedPose(T, np.diag([1e-10] * 6))
     windows = predicted_windows(prediction, model, cameras, 0, unknown[0], np.zeros((len(model), 2)), settings)
     assert windows is not None

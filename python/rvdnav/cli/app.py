@@ -1,4 +1,7 @@
-"""Commands and exit codes: 0 done, 1 ran but no pose, 2 bad input with one clear line on stderr."""
+"""Commands and exit codes: 0 done, 1 ran but no pose, 2 bad input with one clear line on stderr.
+
+What a command works with is loaded when it runs, so that the program itself starts at once.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +17,6 @@ import typer
 from typer.core import TyperGroup
 
 from rvdnav import __version__
-from rvdnav.benchmark import FRAMES
-from rvdnav.cli.bench import bench
-from rvdnav.cli.budget import assume, budget
-from rvdnav.cli.calibrate import calibrate_folder
-from rvdnav.cli.check import check
-from rvdnav.cli.evaluate import evaluate
-from rvdnav.cli.reconstruct import reconstruct_frame
-from rvdnav.cli.replay import replay_folder
-from rvdnav.cli.run import run
-from rvdnav.cli.simulate import render
 from rvdnav.errors import InputError, one_line
 
 EXIT_BAD_INPUT = 2
@@ -44,6 +37,8 @@ _ORDER = (
     "experiment",
     "budget",
     "bench",
+    "info",
+    "settings",
 )
 
 
@@ -57,7 +52,6 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     help="Stereo-vision navigation for spacecraft rendezvous and docking.",
-    add_completion=False,
     rich_markup_mode=None,
     context_settings={"max_content_width": 100},
 )
@@ -114,20 +108,84 @@ def _run(
         typer.Option(metavar="POSE", help='T_world_target at the first frame: "tx ty tz qx qy qz qw", m.'),
     ] = None,
     smoothed: Annotated[bool, typer.Option("--smoothed", help="Write the filtered poses too: smoothed.tum.")] = False,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A setting; `rvdnav settings` prints them; may be repeated."),
+    ] = None,
+    settings: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Settings as a YAML mapping; --set overrides it.")
+    ] = None,
+    least_published: Annotated[
+        float | None,
+        typer.Option(
+            "--least-published",
+            min=0.0,
+            max=100.0,
+            metavar="%",
+            help="Exit with 1 if fewer of the frames are published.",
+        ),
+    ] = None,
+    json_path: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Also write the summary there.")
+    ] = None,
 ) -> int:
     """Measure the target's pose in every frame: poses.tum, solutions.jsonl and report.html in DIR.
 
     Whenever the target is lost, the frames that led to it are kept in DIR/blackbox for the replay command."""
-    return run(sequence, out, fault or [], initial_pose, smoothed)
+    from rvdnav.cli.run import run
+    from rvdnav.cli.settings import chosen_settings
+
+    options = chosen_settings(settings, setting or [])
+    return run(
+        sequence,
+        out,
+        fault or [],
+        initial_pose,
+        smoothed,
+        options=options,
+        least_published=least_published,
+        json_path=json_path,
+    )
+
+
+@app.command("info", short_help="Tell what a sequence, rig or target holds, with warnings.")
+def _info(
+    path: Annotated[
+        Path, typer.Argument(metavar="PATH", help="Folder of a sequence, or a rig, camchain or target file.")
+    ],
+) -> int:
+    """Tell what a sequence, rig or target file holds, in the units that it was understood in, with warnings."""
+    from rvdnav.cli.info import info
+
+    return info(path)
+
+
+@app.command("settings", short_help="Print every setting with its meaning, unit and range.")
+def _settings(
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="As for run; may be repeated.")
+    ] = None,
+    settings: Annotated[Path | None, typer.Option(metavar="FILE", help="As for run.")] = None,
+) -> int:
+    """Print every setting with its meaning, unit and range, as a file that --settings takes."""
+    from rvdnav.cli.settings import chosen_settings, print_settings
+
+    print_settings(chosen_settings(settings, setting or []))
+    return 0
 
 
 @app.command("evaluate", short_help="Compare a run with the true poses.")
 def _evaluate(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the sequence, with its truth.")],
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with the results of a run over it.")],
+    json_path: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there.")
+    ] = None,
 ) -> int:
     """Compare a run with the true poses: a table, and evaluation.html in DIR."""
-    return evaluate(sequence, directory)
+    from rvdnav.cli.evaluate import evaluate
+
+    return evaluate(sequence, directory, json_path)
 
 
 @app.command("simulate", short_help="Render a scenario into a sequence with its true poses.")
@@ -136,6 +194,8 @@ def _simulate(
     out: Annotated[Path, typer.Option("--out", metavar="SEQUENCE", help="Folder of the sequence to be made.")],
 ) -> int:
     """Render a scenario into a stereo sequence with its true poses; goes on where an interrupted run stopped."""
+    from rvdnav.cli.simulate import render
+
     return render(scenario, out)
 
 
@@ -146,6 +206,8 @@ def _reconstruct(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Point cloud to write, a .ply file.")],
 ) -> int:
     """Reconstruct the visible surface of one frame: a point cloud FILE.ply with a sigma a point, and FILE.html."""
+    from rvdnav.cli.reconstruct import reconstruct_frame
+
     return reconstruct_frame(sequence, frame, out)
 
 
@@ -154,6 +216,8 @@ def _replay(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Black box that a run wrote, DIR/blackbox/...")],
 ) -> int:
     """Go through a black box again and compare every solution to the last bit; exit code 1 if one differs."""
+    from rvdnav.cli.replay import replay_folder
+
     return replay_folder(folder)
 
 
@@ -191,6 +255,8 @@ def _budget(
     ] = 0.1,
 ) -> int:
     """Tell how far the pose may err, from which causes, and what must improve: tables, and budget.html in DIR."""
+    from rvdnav.cli.budget import assume, budget
+
     assumptions = assume(noise, contrast, displacement, tolerance, timing, speed)
     return budget(
         path, out, target, assumptions, ranges=ranges, angles=angles, at=at, requirements=require or [], checked=check
@@ -203,12 +269,14 @@ def _bench(
         Path | None,
         typer.Argument(metavar="SEQUENCE", help="Folder of a stereo sequence; examples/approach by default."),
     ] = None,
-    frames: Annotated[int, typer.Option(min=2, metavar="N", help="How many, shown forth and back.")] = FRAMES,
+    frames: Annotated[int, typer.Option(min=2, metavar="N", help="How many, shown forth and back.")] = 200,
     json_path: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures and what ran them there.")
     ] = None,
 ) -> int:
     """Time the whole frame and every stage, by turns with what OpenCV does with the same images."""
+    from rvdnav.cli.bench import bench
+
     return bench(sequence, frames, json_path)
 
 
@@ -227,6 +295,8 @@ def _calibrate(
     ] = None,
 ) -> int:
     """Calibrate a stereo rig from pictures of a board: camchain.yaml, rig.yaml and calibration.html in DIR."""
+    from rvdnav.cli.calibrate import calibrate_folder
+
     return calibrate_folder(folder, board, square, out, marker=marker, dictionary=dictionary, baseline=baseline)
 
 
@@ -244,7 +314,7 @@ def _experiment(
     ] = None,
 ) -> int:
     """Repeat the paper's experiment: its figures 9 to 14 and its claims about edges, in DIR/experiment.html."""
-    from rvdnav.cli.experiment import experiment  # loads what the other commands do without
+    from rvdnav.cli.experiment import experiment
 
     return experiment(name, run, out)
 
@@ -267,7 +337,7 @@ def _campaign(
     jobs: Annotated[int, typer.Option(metavar="N", help="Trials at once; -1: as many as there are cores.")] = -1,
 ) -> int:
     """Run many sequences with faults and seeds: results.parquet and campaign.html in DIR."""
-    from rvdnav.cli.campaign import campaign  # needs an extra that the other commands do without
+    from rvdnav.cli.campaign import campaign
 
     return campaign(plan, out, backend, scheduler, jobs)
 
@@ -277,6 +347,8 @@ def _check(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="Folder of the stereo sequence.")],
 ) -> int:
     """Tell from a flown sequence whether its rig is still true; exit code 1 when re-calibration is due."""
+    from rvdnav.cli.check import check
+
     return check(sequence)
 
 
@@ -286,7 +358,7 @@ def execute(arguments: Sequence[str]) -> int:
         if not argument or (argument.startswith("--") and argument.endswith("=")):
             return _complain(f"the value after {argument.rstrip('=') or before or 'rvdnav'} is empty")
     try:
-        code = app(args=list(arguments), prog_name="rvdnav", standalone_mode=False)
+        code = app(args=list(arguments) or ["--help"], prog_name="rvdnav", standalone_mode=False)
     except _UsageError as error:
         return _complain(error.format_message())
     except InputError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from rich.table import Table
@@ -10,7 +9,7 @@ from rich.table import Table
 from rvdnav.benchmark import Benchmark, Times, benchmark
 from rvdnav.cli.examples import example
 from rvdnav.cli.terminal import console, progress_bars
-from rvdnav.files import write_text_atomically
+from rvdnav.jsonio import write_json
 from rvdnav.sequence import open_sequence
 
 _LEGEND = (
@@ -28,7 +27,7 @@ def bench(path: Path | None, frames: int, json_path: Path | None) -> int:
     _print_times(result)
     _print_stages(result)
     if json_path is not None:
-        write_text_atomically(json_path, json.dumps(result.record(), indent=1) + "\n")
+        write_json(json_path, result.record())
     return 0
 
 

@@ -7,41 +7,57 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rvdnav import Navigator, open_sequence
+from rvdnav import Navigator, __version__, open_sequence
 from rvdnav.blackbox import Recorder
 from rvdnav.cli.blackboxes import BLACK_BOXES, black_boxes
 from rvdnav.cli.tables import print_responses, print_summary
 from rvdnav.cli.terminal import console, print_note, print_notes, progress_bars
 from rvdnav.core import Core
-from rvdnav.errors import InputError
+from rvdnav.errors import CoreError, InputError
 from rvdnav.evaluation import Evaluation, evaluate
 from rvdnav.faults import FaultySequence, parse_fault
+from rvdnav.jsonio import write_json
 from rvdnav.navigator import parse_pose
+from rvdnav.navigator.options import NavigatorOptions
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.output import SMOOTHED, staged_directory, staged_report, write_smoothed, write_solutions
 from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
 from rvdnav.sequence import Sequence
 from rvdnav.solution import Solution
+from rvdnav.summary import calibration_knowledge, points_knowledge, run_record
 from rvdnav.target import Target
 
 REPORT = "report.html"
 
 
-def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = None, smoothed: bool = False) -> int:
+def run(
+    path: Path,
+    out: Path,
+    faults: list[str],
+    initial_pose: str | None = None,
+    smoothed: bool = False,
+    *,
+    options: NavigatorOptions | None = None,
+    least_published: float | None = None,
+    json_path: Path | None = None,
+) -> int:
     """Process the sequence at ``path`` into ``out``, with the faults that `parse_fault` understands.
 
     initial_pose: T_world_target at the first frame as "tx ty tz qx qy qz qw".
-    smoothed: write the filtered poses as well.
+    smoothed: write the filtered poses as well.  json_path: where to write the summary as well.
 
-    Returns 0 if any pose was published, else 1.  Raises InputError.
+    Returns 0 if that many per cent of the frames were published, any at all by default, else 1.  Raises InputError.
     """
-    options = {} if initial_pose is None else {"initial_pose": parse_pose(initial_pose)}
+    settings: NavigatorOptions = {} if options is None else options
+    given: dict[str, Any] = dict(settings)
+    if initial_pose is not None:
+        given["initial_pose"] = parse_pose(initial_pose)
     injected = [parse_fault(fault) for fault in faults]
     sequence = FaultySequence(open_sequence(path), injected)
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
-        solutions, target = _process(sequence, options, staging / BLACK_BOXES)
+        solutions, target = _process(sequence, given, staging / BLACK_BOXES)
         boxes = black_boxes(staging, solutions)
         write_solutions(staging, solutions)
         if smoothed:
@@ -70,12 +86,25 @@ def run(path: Path, out: Path, faults: list[str], initial_pose: str | None = Non
             black_boxes=boxes,
         )
     console.print(f"report: {out / REPORT}", soft_wrap=True)
-    return 0 if any(solution.published for solution in solutions) else 1
+    record = run_record(solutions)
+    if json_path is not None:
+        judged = None if evaluation is None else evaluation.to_json()
+        about = {"rvdnav": __version__, "sequence": path.resolve().name, "settings": settings, "faults": faults}
+        write_json(json_path, about | record | {"errors": judged})
+    if least_published is None:
+        return 0 if record["published"] else 1
+    if 100 * record["published"] >= least_published * len(solutions):
+        return 0
+    print_note(f"fewer than {least_published:g} % of the frames were published")
+    return 1
 
 
 def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tuple[list[Solution], Target]:
     """The solutions, and the target with the dimensions that were learnt where they were unknown."""
-    navigator = Navigator(sequence.rig, sequence.target, **options)
+    try:
+        navigator = Navigator(sequence.rig, sequence.target, **options)
+    except (ValueError, CoreError) as error:  # settings that don't go together, or not with this processor
+        raise InputError(f"the settings are of no use here: {error}") from error
     recorder = Recorder(navigator, sequence.rig, sequence.target, options, directory=directory)
     solutions: list[Solution] = []
     rate = NavigatorSettings().rate_notice(sequence.timestamps_ns)
@@ -91,20 +120,7 @@ def _process(sequence: Sequence, options: dict[str, Any], directory: Path) -> tu
 
 def _taken_for_known(sequence: Sequence) -> str:
     """To what the target and the calibration were taken to be known, and whether their files said so."""
-    target, rig = sequence.target, sequence.rig
-    sigmas = [1e3 * target.point_sigma(name) for name in target.points]
-    span = f"{min(sigmas):g}" if min(sigmas) == max(sigmas) else f"{min(sigmas):g} to {max(sigmas):g}"
-    if target.tolerance is None:
-        points = f"points to {span} mm (tolerance not stated: as with calipers)"
-    else:
-        points = f"points to {span} mm" if any(sigmas) else "points exactly"
-    if not target.dimensions_known:
-        points = "points not at all (dimensions: unknown)"
-    if rig.calibration_covariance is None:
-        calibration = "as made by hand (covariance not stated)"
-    else:
-        calibration = "exactly" if not rig.calibration_covariance.any() else "to the covariance of rig.yaml"
-    return f"taken for known: {points}, calibration {calibration}"
+    return f"taken for known: {points_knowledge(sequence.target)}, {calibration_knowledge(sequence.rig)}"
 
 
 def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | None:

@@ -12,6 +12,9 @@ from rvdnav.core.library import ffi, lib
 from rvdnav.core.status import check
 
 if TYPE_CHECKING:  # the binding is below these and imports none of them
+    from typing_extensions import Unpack
+
+    from rvdnav.core.options import CoreOptions
     from rvdnav.rig import Rig
     from rvdnav.target import Target
 
@@ -24,7 +27,7 @@ class Context:
     ValueError with the name and range of a setting out of its range.
     """
 
-    def __init__(self, rig: Rig, target: Target | None = None, **config: Any) -> None:
+    def __init__(self, rig: Rig, target: Target | None = None, **config: Unpack[CoreOptions]) -> None:
         self.config = make_config(**config)
         self.width = rig.width
         self.height = rig.height

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from rvdnav.core.stages import Stages
 from rvdnav.core.status import check
 
 if TYPE_CHECKING:  # the binding is below these and imports none of them
+    from typing_extensions import Unpack
+
+    from rvdnav.core.options import CoreOptions
     from rvdnav.rig import Rig
     from rvdnav.target import Target
 
@@ -27,7 +30,7 @@ class Core(Stages):
     interpreter's lock.  One instance serves one thread at a time.
     """
 
-    def __init__(self, rig: Rig, target: Target | None = None, **config: Any) -> None:
+    def __init__(self, rig: Rig, target: Target | None = None, **config: Unpack[CoreOptions]) -> None:
         super().__init__(rig, target, **config)
         runner = ffi.new("rvdnav_runner **")
         check(lib.rvdnav_runner_create(runner))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -21,8 +21,8 @@ from rvdnav.navigator.intake import take_in
 from rvdnav.navigator.knowledge import Knowledge, Learned
 from rvdnav.navigator.measurement import Measurement
 from rvdnav.navigator.memory import Memory
+from rvdnav.navigator.options import NavigatorOptions, split_options
 from rvdnav.navigator.residuals import edge_residuals
-from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.shutter import Motion
 from rvdnav.navigator.sizing import SizingSurveyor
 from rvdnav.navigator.stage_times import lap, now
@@ -35,6 +35,9 @@ from rvdnav.rig import Rig
 from rvdnav.sequence import Frame
 from rvdnav.solution import TOTAL, LearnedDimensions, Mode, Reason, Solution, State
 from rvdnav.target import Target
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _MIN_EDGES = 4
 # What no gate foresaw: numbers that determine no pose.
@@ -61,8 +64,7 @@ class Navigator:
 
     rig: one camera or two.  target: with straight edges; a four-bar bracket's dimensions may be unknown, two cameras
     measure them.  initial_pose (4, 4): T_world_target at the first frame, good to about 1 % of the range and 1.5
-    degrees; only a four-bar bracket is found without it.  Options are the fields of NavigatorSettings and of the core's
-    configuration (rvdnav_config), by name.
+    degrees; only a four-bar bracket is found without it.  options: see `NavigatorOptions`.
 
     Every solution is this frame's own measurement or none: a pose is published only if it passed every gate.  A frame
     with one usable image is measured by that alone, from the target's known size.
@@ -70,17 +72,22 @@ class Navigator:
     ValueError for an option out of range.
     """
 
-    def __init__(self, rig: Rig, target: Target, *, initial_pose: FloatArray | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        target: Target,
+        *,
+        initial_pose: FloatArray | None = None,
+        **options: Unpack[NavigatorOptions],
+    ) -> None:
         model = edge_model(target)
         if len(model) < _MIN_EDGES:
             raise InputError(f"target {target.name}: navigation needs {_MIN_EDGES} edges or more")
         if not (target.dimensions_known or (rig.is_stereo and target.bracket is not None)):
             raise InputError(f"target {target.name}: measuring its unknown dimensions needs a bracket and two cameras")
-        names = {field.name for field in attrs.fields(NavigatorSettings)}
-        self._settings = NavigatorSettings(**{k: v for k, v in options.items() if k in names})
+        self._settings, config = split_options(options)
         self._rig = rig
         self._model = model
-        config = {k: v for k, v in options.items() if k not in names}
         self._knowledge = Knowledge(rig, model if target.dimensions_known else model.exact)
         self._reduction = self._settings.reduction(rig.width, rig.height)
         seen = rig.reduced(self._reduction)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -30,6 +30,11 @@ from rvdnav.solution import Reason
 from rvdnav.target import Target
 from rvdnav.trapezoid import Trapezoid
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from rvdnav.core.options import CoreOptions
+
 # Candidates that are measured, and rounds of measuring and resizing until the sizes stay within a part of their sigma.
 _MAX_MEASURED = 6
 _MAX_ROUNDS = 4
@@ -53,7 +58,7 @@ class SizingSurveyor:
     """
 
     def __init__(
-        self, rig: Rig, target: Target, knowledge: Knowledge, settings: NavigatorSettings, **config: Any
+        self, rig: Rig, target: Target, knowledge: Knowledge, settings: NavigatorSettings, **config: Unpack[CoreOptions]
     ) -> None:
         self._rig = rig
         self._target = target
