@@ -54,12 +54,17 @@ def stderr_line(capsys):
 def test_run_writes_three_files_and_sums_up(sequence, tmp_path, capsys):
     out = tmp_path / "new" / "out"
     assert execute(["run", str(sequence), "--out", str(out)]) == 0
-    assert sorted(path.name for path in out.iterdir()) == ["poses.tum", "report.html", "solutions.jsonl"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "plotly.min.js",
+        "poses.tum",
+        "report.html",
+        "solutions.jsonl",
+    ]
     lines = [json.loads(line) for line in (out / "solutions.jsonl").read_text().splitlines()]
     assert [line["state"] for line in lines] == ["SEARCHING", *["TRACKING"] * 4, "COASTING", *["TRACKING"] * 2]
     page = (out / "report.html").read_text()
-    assert page.count("data:image/jpeg;base64,") == 6
-    assert "<h1>sequence" in page
+    assert page.count("data:image/jpeg;base64,") == 4
+    assert "<h1>Run over sequence" in page
     text = capsys.readouterr().out
     for words in ("6 (75.0 %)", "COASTING", "median sigma position", "10.0 ms (100.0 frames/s)", "report.html"):
         assert words in text
@@ -299,11 +304,16 @@ def test_a_folder_whose_name_is_no_text(sequence, tmp_path, capsys):
     out = tmp_path / "out"
     assert execute(["run", str(odd), "--out", str(out)]) == 0
     assert capsys.readouterr().err == ""
-    assert sorted(path.name for path in out.iterdir()) == ["poses.tum", "report.html", "solutions.jsonl"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "plotly.min.js",
+        "poses.tum",
+        "report.html",
+        "solutions.jsonl",
+    ]
     solutions = read_solutions(out)
     assert len(solutions) == 8
     assert any(solution.published for solution in solutions)
-    assert "<h1>odd\ufffd" in (out / "report.html").read_text()
+    assert "<h1>Run over odd\ufffd" in (out / "report.html").read_text()
 
 
 def test_a_closed_pipe_loses_nothing_but_the_text(tmp_path):
@@ -313,7 +323,12 @@ def test_a_closed_pipe_loses_nothing_but_the_text(tmp_path):
     result = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
     os.close(write)
     assert (result.returncode, result.stderr) == (0, "")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.tum", "report.html", "solutions.jsonl"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "plotly.min.js",
+        "poses.tum",
+        "report.html",
+        "solutions.jsonl",
+    ]
 
 
 def test_notes_of_one_kind_are_counted(sequence, tmp_path, capsys):

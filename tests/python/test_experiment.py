@@ -103,7 +103,12 @@ def test_the_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert str(out / "experiment.html") in text
     assert "24 of 24" in text
-    assert sorted(path.name for path in out.iterdir()) == ["experiment.html", "poses.tum", "solutions.jsonl"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "experiment.html",
+        "plotly.min.js",
+        "poses.tum",
+        "solutions.jsonl",
+    ]
     page = (out / "experiment.html").read_text()
     for number in range(9, 15):
         assert f"Figure {number}:" in page

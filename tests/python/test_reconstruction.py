@@ -168,7 +168,7 @@ def example(tmp_path) -> Path:
 def test_the_command_writes_cloud_and_report(example, tmp_path, capsys):
     out = tmp_path / "new" / "cloud.ply"
     assert execute(["reconstruct", str(example), "--frame", "1", "--out", str(out)]) == 0
-    assert sorted(path.name for path in out.parent.iterdir()) == ["cloud.html", "cloud.ply"]
+    assert sorted(path.name for path in out.parent.iterdir()) == ["cloud.html", "cloud.ply", "plotly.min.js"]
     frame = open_sequence(example)[1]
     cloud = reconstruct(Core(open_sequence(example).rig), frame.left.pixels, frame.right.pixels)
     assert out.read_bytes() == ply_bytes(cloud)

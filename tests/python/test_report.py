@@ -1,18 +1,21 @@
 """The report: what its figures show, that it stands alone, and that it is reproducible."""
 
 import base64
+import hashlib
 import json
 import re
 from pathlib import Path
 
+import attrs
 import cv2
 import numpy as np
 import pytest
 from rvdnav.evaluation import evaluate
-from rvdnav.report import draw_picture, edge_mask, strip_indices, write_report
+from rvdnav.report import draw_picture, edge_mask, notable_frames, provenance, write_report
 from rvdnav.report.health import stage_figure, timeline_figure
 from rvdnav.report.lost import lost_table
-from rvdnav.report.motion import error_figure, pose_figure
+from rvdnav.report.motion import error_figures, pose_figures
+from rvdnav.report.verdict import run_verdict
 from rvdnav.rig import load_rig
 from rvdnav.sequence import Frame, Image, open_sequence
 from rvdnav.solution import Mode, Reason, Solution, State
@@ -23,46 +26,64 @@ START = 1_700_000_000_000_000_000
 TIMES = [START + 125_000_000 * i for i in range(9)]
 
 
-def traces(figure, name):
-    return [trace for trace in figure.data if trace.name == name]
+def traces(figures, name):
+    """Those of that name, by figure."""
+    return [trace for figure in figures for trace in figure.data if trace.name == name]
 
 
-def test_the_pose_figure_shows_published_true_and_predicted_poses():
+def test_the_pose_figures_show_published_true_and_predicted_poses():
     run = a_run(TIMES)
     truth = true_poses(TIMES)
-    figure = pose_figure(run, truth)
+    titles, figures = zip(*pose_figures(run, truth), strict=True)
+    assert titles == ("x_W, m", "φ, °", "y_W, m", "θ, °", "z_W, m", "ψ, °")
     x_true, x_measured, x_predicted = (
-        traces(figure, name)[0] for name in ("true", "measured", "predicted (not published)")
+        traces(figures, name)[0] for name in ("true", "measured", "predicted (not published)")
     )
     np.testing.assert_allclose(x_true.x, 0.125 * np.arange(9), atol=1e-9)
     np.testing.assert_allclose(x_true.y, 1.4 - 0.04 * np.arange(9))
     np.testing.assert_array_equal(np.isfinite(x_measured.y), [s.published for s in run])
     np.testing.assert_array_equal(np.flatnonzero(np.isfinite(x_predicted.y)), [5])
-    phi = traces(figure, "measured")[3]
+    phi = traces(figures, "measured")[1]
     assert phi.y[3] == pytest.approx(np.degrees(run[3].euler.phi))
-    assert not traces(pose_figure(run, None), "true")
+    _, untrue = zip(*pose_figures(run, None), strict=True)
+    assert not traces(untrue, "true")
 
 
 def test_the_band_is_three_sigma_and_breaks_where_nothing_was_published():
-    run = a_run(TIMES)
-    evaluation = evaluate(run, true_poses(TIMES))
-    figure = error_figure(run, evaluation)
-    bands = traces(figure, "± 3σ")
-    assert [max(y for y in band.y if y is not None) for band in bands] == pytest.approx(
-        [*(3e3 * SIGMAS[:3]), *np.degrees(3 * SIGMAS[3:])]
-    )
+    run, truth = a_run(TIMES), true_poses(TIMES)
+    evaluation = evaluate(run, truth)
+    titles, figures = zip(*error_figures(run, truth), strict=True)
+    assert titles == ("δx_W, mm", "about x_W, °", "δy_W, mm", "about y_W, °", "δz_W, mm", "about z_W, °")
+    bands = traces(figures, "± 3σ")
+    scaled = np.concatenate([3e3 * SIGMAS[:3], np.degrees(3 * SIGMAS[3:])])[[0, 3, 1, 4, 2, 5]]
+    assert [max(y for y in band.y if y is not None) for band in bands] == pytest.approx(scaled)
     assert list(bands[0].y).count(None) == 2  # frames 1-4 and 6-8
-    errors = traces(figure, "measured − true")
-    np.testing.assert_allclose(errors[1].y, 1e3 * evaluation.components[:, 1])
-    np.testing.assert_allclose(errors[5].y, np.degrees(evaluation.components[:, 5]))
-    assert not traces(error_figure(run, None), "measured − true")
+    errors = traces(figures, "measured − true")
+    shown = [np.array(trace.y)[np.isfinite(trace.y)] for trace in errors]
+    np.testing.assert_allclose(shown[2], 1e3 * evaluation.components[:, 1])
+    np.testing.assert_allclose(shown[5], np.degrees(evaluation.components[:, 5]))
+    _, unjudged = zip(*error_figures(run, None), strict=True)
+    assert not traces(unjudged, "measured − true")
+
+
+def test_a_coasting_target_has_a_band_of_its_own_that_does_not_flatten_the_others():
+    run, truth = a_run(TIMES), true_poses(TIMES)
+    coasting = next(i for i, s in enumerate(run) if s.state is State.COASTING)
+    run[coasting] = attrs.evolve(run[coasting], covariance=np.diag(np.full(6, 0.04)))
+    _, figures = zip(*error_figures(run, truth), strict=True)
+    band, measured = (traces(figures, name)[0] for name in ("± 3σ, coasting", "± 3σ"))
+    assert [y for y in band.y if y is not None] == pytest.approx([600.0, -600.0])
+    predicted = traces(figures, "predicted − true")[0]
+    np.testing.assert_array_equal(np.flatnonzero(np.isfinite(predicted.y)), [coasting])
+    largest = max(y for y in measured.y if y is not None)
+    assert largest < figures[0].layout.yaxis.range[1] < 2.0 * largest
 
 
 def test_the_timeline_shows_every_frame_in_its_state():
     run = a_run(TIMES)
     shown = {trace.name: len(trace.x) for trace in timeline_figure(run).data}
     assert shown == {"SEARCHING": 1, "TRACKING, STEREO": 7, "COASTING": 1}
-    coasting = traces(timeline_figure(run), "COASTING")[0]
+    coasting = traces([timeline_figure(run)], "COASTING")[0]
     assert coasting.customdata[0] == "<br>LEFT_UNUSABLE<br>TOO_FEW_LINES"
 
 
@@ -78,15 +99,10 @@ def write(path, run, truth=None, pictures=()):
     return path.read_text(encoding="utf-8")
 
 
-def without_library(page):
-    return re.sub(r"<script>/\*\*.*?</script>", "", page, count=1, flags=re.DOTALL)
-
-
-def test_the_page_stands_alone_and_has_every_part(tmp_path):
-    page = write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES))
-    body = without_library(page)
-    assert len(body) < len(page) / 10  # plotly itself is in the page
-    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)[^"']""", body)
+def test_the_page_needs_no_more_than_the_library_beside_it_and_has_every_part(tmp_path):
+    body = write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES))
+    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)([^"']*)""", body) == ["plotly.min.js"]
+    assert "plotly.js v" in (tmp_path / "plotly.min.js").read_text(encoding="utf-8")[:200]
     assert "a &lt;run&gt;" in body
     for part in ("Errors by range", "Position and attitude", "Errors and 3σ band", "State", "Time per stage"):
         assert f"<h2>{part}</h2>" in body
@@ -95,11 +111,11 @@ def test_the_page_stands_alone_and_has_every_part(tmp_path):
 
 
 def test_the_page_works_without_truth_and_without_any_pose(tmp_path):
-    body = without_library(write(tmp_path / "a.html", a_run(TIMES)))
+    body = write(tmp_path / "a.html", a_run(TIMES))
     assert "Uncertainty (3σ)" in body
     assert "Errors by range" not in body
     lost = [Solution(timestamp_ns=START, state=State.LOST)]
-    assert "0.0 %" in without_library(write(tmp_path / "b.html", lost))
+    assert "0.0 %" in write(tmp_path / "b.html", lost)
 
 
 def test_lost_targets_are_listed_with_their_black_boxes(tmp_path):
@@ -129,7 +145,7 @@ def test_two_runs_give_the_same_page(tmp_path):
 def test_the_range_table_shows_the_evaluation(tmp_path):
     run, truth = a_run(TIMES), true_poses(TIMES)
     evaluation = evaluate(run, truth)
-    body = without_library(write(tmp_path / "report.html", run, truth))
+    body = write(tmp_path / "report.html", run, truth)
     cells = re.findall(r"<td>([^<]*)</td>", body)
     at = cells.index("all")
     position = evaluation.overall.position_m
@@ -137,17 +153,66 @@ def test_the_range_table_shows_the_evaluation(tmp_path):
 
 
 def test_figures_are_valid_json_in_the_page(tmp_path):
-    body = without_library(write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES)))
-    for name in ("pose", "errors", "timeline", "stages"):
+    body = write(tmp_path / "report.html", a_run(TIMES), true_poses(TIMES))
+    for name in ("pose-0", "pose-5", "errors-0", "timeline", "stages"):
         data = re.search(rf'Plotly\.newPlot\(\s*"figure-{name}",\s*(\[.*?\]),\s*\{{', body, re.DOTALL)
         assert json.loads(data.group(1))
 
 
-@pytest.mark.parametrize(
-    ("frames", "count", "indices"), [(48, 6, (0, 9, 19, 28, 38, 47)), (3, 6, (0, 1, 2)), (1, 6, (0,)), (0, 6, ())]
-)
-def test_strip_frames_are_spread_evenly(frames, count, indices):
-    assert strip_indices(frames, count) == indices
+def test_the_verdict_begins_with_what_is_worst():
+    run, truth = a_run(TIMES), true_poses(TIMES)
+    whole = [s for s in run if s.published]
+    assert run_verdict(whole, evaluate(whole, truth)).level == "good"
+    assert run_verdict(whole, None).text == "Every frame has a pose."
+    some = run_verdict(run, evaluate(run, truth))
+    assert some.level == "fair"
+    assert some.text.startswith("7 of 9 frames have a pose, and the target was never lost. Refused: ")
+    run[5] = Solution(timestamp_ns=TIMES[5], state=State.LOST, reasons={Reason.NO_TARGET, Reason.MOTION})
+    assert run_verdict(run, None).text.startswith("The target was lost once at 0.625 s; 7 of 9 frames have a pose.")
+    assert "NO_TARGET (1)" in run_verdict(run, None).text
+    wrong = run_verdict(whole, evaluate(whole, Shifted(truth)))
+    assert wrong.level == "bad"
+    assert wrong.text.startswith("7 of 7 published poses are wrong.")
+    assert run_verdict(run[5:6], None).text.startswith("No pose was published in 1 frames.")
+
+
+class Shifted:
+    """True poses that lie 50 mm beside the given ones."""
+
+    def __init__(self, truth):
+        self._truth = truth
+
+    def at(self, timestamp_ns):
+        T = self._truth.at(timestamp_ns).copy()
+        T[1, 3] += 0.05
+        return T
+
+
+def test_the_frames_shown_are_the_worst_and_the_refused_ones():
+    run, truth = a_run(TIMES), true_poses(TIMES)
+    evaluation = evaluate(run, truth)
+    shown = notable_frames(run, evaluation)
+    published = [i for i, s in enumerate(run) if s.published]
+    worst = published[int(evaluation.position_m.argmax())]
+    assert shown[worst] == f"largest error, {1e3 * evaluation.position_m.max():.2f} mm"
+    assert {published[0], published[-1], worst} | {i for i, s in enumerate(run) if not s.published} == set(shown)
+    assert list(shown) == sorted(shown)
+    assert "largest σ" in " ".join(notable_frames(run, None).values())
+    blind = [Solution(timestamp_ns=ns, state=State.SEARCHING, reasons={Reason.NO_TARGET}) for ns in TIMES]
+    assert notable_frames(blind, None) == {0: "refused, as 8 more"}
+
+
+def test_a_report_says_what_made_it(make_sequence, tmp_path):
+    folder = make_sequence()
+    facts = dict(provenance(["run", "some where", "--set", "max_speed=2"], folder))
+    assert facts["command"] == "rvdnav run 'some where' --set max_speed=2"
+    digest = hashlib.sha256((folder / "target.yaml").read_bytes()).hexdigest()
+    assert facts["target.yaml"] == f"SHA-256 {digest}"
+    run = a_run(TIMES)
+    write_report(tmp_path / "a.html", "x", run, truth=None, evaluation=None, facts=list(facts.items()))
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert digest in page
+    assert "some where" in page
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from rvdnav.cli.terminal import console
 from rvdnav.errors import InputError
 from rvdnav.jsonio import write_json
 from rvdnav.output import read_solutions, staged_report
-from rvdnav.report import write_report
+from rvdnav.report import provenance, write_report
 from rvdnav.sequence import open_sequence
 
 REPORT = "evaluation.html"
@@ -33,11 +33,12 @@ def evaluate(path: Path, directory: Path, json_path: Path | None = None) -> int:
     with staged_report(directory, REPORT) as page:
         write_report(
             page,
-            path.resolve().name,
+            f"Evaluation against {path.resolve().name}",
             solutions,
             truth=sequence.truth,
             evaluation=result,
             black_boxes=black_boxes(directory, solutions),
+            facts=provenance(["evaluate", path.resolve().name, directory.resolve().name], path),
         )
     if json_path is not None:
         write_json(json_path, {"rvdnav": __version__, "sequence": path.resolve().name, **result.to_json()})

@@ -21,7 +21,7 @@ from rvdnav.navigator import parse_pose
 from rvdnav.navigator.options import NavigatorOptions
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.output import SMOOTHED, staged_directory, staged_report, write_smoothed, write_solutions
-from rvdnav.report import Picture, draw_picture, edge_mask, strip_indices, write_report
+from rvdnav.report import Picture, draw_picture, edge_mask, notable_frames, provenance, write_report
 from rvdnav.sequence import Sequence
 from rvdnav.solution import Solution
 from rvdnav.summary import calibration_knowledge, points_knowledge, run_record
@@ -78,12 +78,17 @@ def run(
     with staged_report(out, REPORT) as page:
         write_report(
             page,
-            path.resolve().name,
+            f"Run over {path.resolve().name}",
             solutions,
             truth=sequence.truth,
             evaluation=evaluation,
-            pictures=_pictures(sequence, target, solutions),
+            pictures=_pictures(sequence, target, solutions, evaluation),
             black_boxes=boxes,
+            facts=[
+                *provenance(_command(path, faults, initial_pose, smoothed, settings), path),
+                ("target", f"{target.name}: {points_knowledge(target)}"),
+                ("rig", calibration_knowledge(sequence.rig)),
+            ],
         )
     console.print(f"report: {out / REPORT}", soft_wrap=True)
     record = run_record(solutions)
@@ -135,10 +140,23 @@ def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | N
     return evaluate(solutions, truth)
 
 
-def _pictures(sequence: Sequence, target: Target, solutions: list[Solution]) -> list[Picture]:
+def _command(
+    path: Path, faults: list[str], initial_pose: str | None, smoothed: bool, settings: NavigatorOptions
+) -> list[str]:
+    """The words of a command that gives the same results, wherever they are put."""
+    words = ["run", path.resolve().name]
+    words += [word for fault in faults for word in ("--fault", fault)]
+    words += [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+    words += [] if initial_pose is None else ["--initial-pose", initial_pose]
+    return [*words, "--smoothed"] if smoothed else words
+
+
+def _pictures(
+    sequence: Sequence, target: Target, solutions: list[Solution], evaluation: Evaluation | None
+) -> list[Picture]:
     edges = partial(edge_mask, Core(sequence.rig, target))
     drawn = [
-        draw_picture(sequence[index], solutions[index], sequence.rig, target, edges)
-        for index in strip_indices(len(sequence))
+        draw_picture(sequence[index], solutions[index], sequence.rig, target, edges, why)
+        for index, why in notable_frames(solutions, evaluation).items()
     ]
     return [picture for picture in drawn if picture is not None]

@@ -18,7 +18,6 @@ from rvdnav.experiment.thinning import Thinning, compare_thinning
 from rvdnav.navigator import Navigator
 from rvdnav.report.html import figure_html, note_html, section, strip_html, table_html
 from rvdnav.report.page import write_page
-from rvdnav.report.strip import strip_indices
 from rvdnav.sequence import Sequence as Recorded
 from rvdnav.solution import Solution
 
@@ -72,7 +71,7 @@ def write_paper_report(path: Path, run: Run) -> None:
 
 
 def _run_sections(core: Core, run: Run) -> list[str]:
-    frames = [run.sequence[index] for index in strip_indices(len(run.solutions), _FRAMES)]
+    frames = [run.sequence[index] for index in np.linspace(0, len(run.solutions) - 1, _FRAMES).round().astype(int)]
     seen = [frame for frame in frames if frame.left is not None and frame.right is not None]
     captions = [_range_caption(run, frame.timestamp_ns) for frame in seen]
     return [

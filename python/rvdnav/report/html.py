@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+import attrs
 import cv2
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
+
+
+@attrs.frozen
+class Verdict:
+    """What came out, as a sentence of plain text; level: good, fair or bad."""
+
+    level: str
+    text: str
 
 
 class Html(str):
@@ -19,6 +28,26 @@ class Html(str):
 def section(title: str, body: str) -> str:
     """A card of the page: its heading, plain text, and its HTML."""
     return f"<section><h2>{escape(title)}</h2>\n{body}\n</section>"
+
+
+def verdict_html(verdict: Verdict) -> str:
+    """The sentence at the top of a page."""
+    return f'<p class="verdict {verdict.level}">{escape(verdict.text)}</p>'
+
+
+def figures_html(figures: Iterable[tuple[str, go.Figure]], name: str, colours: Mapping[str, str]) -> str:
+    """Figures with titles beside each other where there is room, below a legend that they share.
+
+    name: unique on the page.  colours: of the legend, by what they stand for.
+    """
+    legend = " ".join(
+        f'<span class="swatch" style="--colour: {colour}">{escape(text)}</span>' for text, colour in colours.items()
+    )
+    cells = [
+        f"<div><h3>{escape(title)}</h3>{figure_html(figure, f'{name}-{i}')}</div>"
+        for i, (title, figure) in enumerate(figures)
+    ]
+    return f'<p class="legend">{legend}</p><div class="figures">{"".join(cells)}</div>'
 
 
 def figure_html(figure: go.Figure, name: str) -> str:
@@ -59,6 +88,12 @@ def table_html(
 
 def _cells(tag: str, texts: Iterable[str]) -> str:
     return "".join(f"<{tag}>{text if isinstance(text, Html) else escape(text)}</{tag}>" for text in texts)
+
+
+def facts_html(facts: Iterable[tuple[str, str]]) -> str:
+    """A table of names and what belongs to them, which may be long."""
+    rows = (f'<tr><td>{escape(name)}</td><td class="text">{escape(text)}</td></tr>' for name, text in facts)
+    return f'<div class="scroll"><table><tbody>{"".join(rows)}</tbody></table></div>'
 
 
 def note_html(text: str) -> str:

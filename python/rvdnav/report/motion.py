@@ -6,67 +6,91 @@ from collections.abc import Sequence
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
-from rvdnav.evaluation import Evaluation, TruePoses
+from rvdnav.evaluation import TruePoses, pose_error
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.euler import euler_from_rotation
-from rvdnav.report.style import BAND, MEASURED, PREDICTED, TRUE, elapsed_s, set_time_axes, styled
+from rvdnav.report.style import BAND, MEASURED, PREDICTED, PREDICTED_BAND, TRUE, elapsed_s, set_time_axes, styled
 from rvdnav.solution import Solution
 
-_TIME_TITLE = "time since the first frame, s"
+POSE_COLOURS = {"measured": MEASURED, "true": TRUE, "predicted (not published)": PREDICTED}
+ERROR_COLOURS = {
+    "measured − true": MEASURED,
+    "± 3σ": BAND,
+    "predicted − true": PREDICTED,
+    "± 3σ, coasting": PREDICTED_BAND,
+}
+
+_POSE_TITLES = ("x_W, m", "φ, °", "y_W, m", "θ, °", "z_W, m", "ψ, °")
+_ERROR_TITLES = ("δx_W, mm", "about x_W, °", "δy_W, mm", "about y_W, °", "δz_W, mm", "about z_W, °")
+# Of position and attitude in turn: the order in which they stand in rows of two.
+_COMPONENTS = (0, 3, 1, 4, 2, 5)
+_TO_MM_AND_DEGREES = np.array([1e3] * 3 + [float(np.degrees(1.0))] * 3)
 
 
-def pose_figure(solutions: Sequence[Solution], truth: TruePoses | None) -> go.Figure:
-    """Position in W and attitude angles: published, predicted while coasting, and true where known."""
-    figure = _grid(("x<sub>W</sub>, m", "y<sub>W</sub>, m", "z<sub>W</sub>, m"), ("φ, °", "θ, °", "ψ, °"))
+def pose_figures(solutions: Sequence[Solution], truth: TruePoses | None) -> list[tuple[str, go.Figure]]:
+    """Position in W and attitude angles, each with its title: published, predicted while coasting, true where known."""
     time = elapsed_s(solutions, [s.timestamp_ns for s in solutions])
-    if truth is not None:
-        true_poses = [truth.at(s.timestamp_ns) for s in solutions]
-        _add_six(figure, time, _six_rows(true_poses), "true", mode="lines", line={"color": TRUE, "width": 2})
+    true_poses = [] if truth is None else [truth.at(s.timestamp_ns) for s in solutions]
     coasted = [None if s.published else s.predicted_T_world_target for s in solutions]
-    if any(pose is not None for pose in coasted):
-        marker = {"color": PREDICTED, "size": 6, "symbol": "circle-open"}
-        _add_six(figure, time, _six_rows(coasted), "predicted (not published)", mode="markers", marker=marker)
-    measured = [s.T_world_target for s in solutions]
-    _add_six(figure, time, _six_rows(measured), "measured", mode="markers", marker={"color": MEASURED, "size": 5})
-    set_time_axes(figure, solutions)
-    return styled(figure, 640)
+    rows = {
+        "true": _six_rows(true_poses),
+        "predicted (not published)": _six_rows(coasted),
+        "measured": _six_rows([s.T_world_target for s in solutions]),
+    }
+    figures = []
+    for title, component in zip(_POSE_TITLES, _COMPONENTS, strict=True):
+        figure = go.Figure()
+        for name, values in rows.items():
+            if len(values) and np.isfinite(values).any():
+                _add(figure, time, values[:, component], name, POSE_COLOURS[name], line=name == "true")
+        figures.append((title, _finished(figure, solutions)))
+    return figures
 
 
-def error_figure(solutions: Sequence[Solution], evaluation: Evaluation | None) -> go.Figure:
-    """The six components' 3-sigma band, and the errors in it where the truth is known."""
-    figure = _grid(
-        ("δx<sub>W</sub>, mm", "δy<sub>W</sub>, mm", "δz<sub>W</sub>, mm"),
-        ("about x<sub>W</sub>, °", "about y<sub>W</sub>, °", "about z<sub>W</sub>, °"),
-    )
-    scale = np.array([1e3] * 3 + [float(np.degrees(1.0))] * 3)
+def error_figures(solutions: Sequence[Solution], truth: TruePoses | None) -> list[tuple[str, go.Figure]]:
+    """The components' 3-sigma bands, of poses and of predictions, and the errors in them where the truth is known."""
     time = elapsed_s(solutions, [s.timestamp_ns for s in solutions])
-    bands = np.full((len(solutions), 6), np.nan)
-    for row, solution in zip(bands, solutions, strict=True):
-        if solution.published and solution.covariance is not None:
-            row[:] = 3.0 * np.sqrt(np.diag(solution.covariance))
-    for component in range(6):
-        x, y = _band_outline(time, bands[:, component] * scale[component])
-        band = go.Scatter(x=x, y=y, fill="toself", fillcolor=BAND, line={"color": BAND, "width": 1}, mode="lines")
-        band.update(name="± 3σ", legendgroup="band", showlegend=component == 0, hoverinfo="skip")
-        figure.add_trace(band, row=component % 3 + 1, col=component // 3 + 1)
-    if evaluation is not None:
-        errors = evaluation.components * scale
-        error_time = elapsed_s(solutions, evaluation.timestamps_ns)
-        marker = {"color": MEASURED, "size": 5}
-        _add_six(figure, error_time, errors, "measured − true", mode="markers", marker=marker)
-    set_time_axes(figure, solutions)
-    return styled(figure, 640)
+    bands = {"± 3σ": [s.covariance if s.published else None for s in solutions]}
+    bands["± 3σ, coasting"] = [None if s.published else s.covariance for s in solutions]
+    errors = {
+        "predicted − true": [_error(s, truth) if not s.published else None for s in solutions],
+        "measured − true": [_error(s, truth) if s.published else None for s in solutions],
+    }
+    figures = []
+    for title, component in zip(_ERROR_TITLES, _COMPONENTS, strict=True):
+        scale = _TO_MM_AND_DEGREES[component]
+        figure = go.Figure()
+        for name, covariances in bands.items():
+            half = [np.nan if c is None else 3.0 * scale * np.sqrt(c[component, component]) for c in covariances]
+            x, y = _band_outline(time, np.array(half))
+            if x:
+                colour = ERROR_COLOURS[name]
+                line = {"color": colour, "width": 1}
+                figure.add_scatter(
+                    x=x, y=y, fill="toself", fillcolor=colour, line=line, mode="lines", name=name, hoverinfo="skip"
+                )
+        for name, rows in errors.items():
+            values = np.array([np.nan if row is None else scale * row[component] for row in rows])
+            if np.isfinite(values).any():
+                _add(figure, time, values, name, ERROR_COLOURS[name])
+        _show_published(figure, [t for t in figure.data if t.name in ("± 3σ", "measured − true")])
+        figures.append((title, _finished(figure, solutions)))
+    return figures
 
 
-def _grid(left: Sequence[str], right: Sequence[str]) -> go.Figure:
-    figure = make_subplots(rows=3, cols=2, shared_xaxes=True, vertical_spacing=0.045, horizontal_spacing=0.1)
-    for row, (first, second) in enumerate(zip(left, right, strict=True), start=1):
-        figure.update_yaxes(title_text=first, row=row, col=1)
-        figure.update_yaxes(title_text=second, row=row, col=2)
-    figure.update_xaxes(title_text=_TIME_TITLE, row=3)
-    return figure
+def _show_published(figure: go.Figure, traces: Sequence[go.Scatter]) -> None:
+    """Scale the figure to what is published: what a prediction grows to would flatten it."""
+    values = np.abs(np.array([y for trace in traces for y in trace.y if y is not None], dtype=float))
+    if np.isfinite(values).any():
+        largest = 1.15 * float(np.nanmax(values))
+        figure.update_yaxes(range=[-largest, largest])
+
+
+def _error(solution: Solution, truth: TruePoses | None) -> FloatArray | None:
+    pose = solution.T_world_target if solution.published else solution.predicted_T_world_target
+    true = None if truth is None else truth.at(solution.timestamp_ns)
+    return None if pose is None or true is None else pose_error(pose, true)
 
 
 def _six_rows(poses: Sequence[FloatArray | None]) -> FloatArray:
@@ -79,11 +103,17 @@ def _six_rows(poses: Sequence[FloatArray | None]) -> FloatArray:
     return rows
 
 
-def _add_six(figure: go.Figure, time: FloatArray, rows: FloatArray, name: str, **style: object) -> None:
-    for component in range(6):
-        trace = go.Scatter(x=time, y=rows[:, component], name=name, legendgroup=name, showlegend=component == 0)
-        trace.update(hovertemplate="%{x:.3f} s: %{y:.4f}<extra>" + name + "</extra>", **style)
-        figure.add_trace(trace, row=component % 3 + 1, col=component // 3 + 1)
+def _add(figure: go.Figure, time: FloatArray, values: FloatArray, name: str, colour: str, line: bool = False) -> None:
+    style = {"line": {"color": colour, "width": 2}} if line else {"marker": {"color": colour, "size": 5}}
+    hover = "%{x:.3f} s: %{y:.4f}<extra>" + name + "</extra>"
+    figure.add_scatter(x=time, y=values, name=name, mode="lines" if line else "markers", hovertemplate=hover, **style)
+
+
+def _finished(figure: go.Figure, solutions: Sequence[Solution]) -> go.Figure:
+    set_time_axes(figure, solutions)
+    styled(figure, 200)
+    figure.update_xaxes(ticksuffix=" s")
+    return figure.update_layout(margin={"l": 52, "r": 8, "t": 8, "b": 28}, showlegend=False)
 
 
 def _band_outline(time: FloatArray, half: FloatArray) -> tuple[list[float | None], list[float | None]]:

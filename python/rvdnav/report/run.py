@@ -8,12 +8,13 @@ from pathlib import Path
 from rvdnav.evaluation import Evaluation, TruePoses
 from rvdnav.report.corrections import correction_figure, correction_table
 from rvdnav.report.health import stage_figure, timeline_figure
-from rvdnav.report.html import figure_html, section, strip_html
+from rvdnav.report.html import facts_html, figure_html, figures_html, section, strip_html
 from rvdnav.report.lost import lost_table
-from rvdnav.report.motion import error_figure, pose_figure
+from rvdnav.report.motion import ERROR_COLOURS, POSE_COLOURS, error_figures, pose_figures
 from rvdnav.report.page import write_page
 from rvdnav.report.strip import Picture
-from rvdnav.report.tables import dimension_table, headline_tiles, picture_caption, range_table
+from rvdnav.report.tables import dimension_table, headline_tiles, picture_caption, range_table, reason_table
+from rvdnav.report.verdict import run_verdict
 from rvdnav.solution import Solution
 from rvdnav.summary import last_corrections, learned_dimensions
 
@@ -27,23 +28,29 @@ def write_report(
     evaluation: Evaluation | None,
     pictures: Sequence[Picture] = (),
     black_boxes: Mapping[int, str] | None = None,
+    facts: Sequence[tuple[str, str]] = (),
 ) -> None:
-    """Write the report of a run over the sequence called ``name``; ``solutions`` holds at least one frame.
+    """Write the report of a run, called ``name``; ``solutions`` holds at least one frame.
 
     black_boxes: timestamp, ns, of a frame that lost the target -> its black box's folder, relative to the page.
+    facts: what made it, as `provenance` gives it.
     Two runs of the same input give the same page apart from the wall times in it.
     """
-    errors_title = "Errors and 3σ band" if evaluation is not None else "Uncertainty (3σ)"
-    sections = [
-        section("Position and attitude", figure_html(pose_figure(solutions, truth), "pose")),
-        section(errors_title, figure_html(error_figure(solutions, evaluation), "errors")),
-        section("State", figure_html(timeline_figure(solutions), "timeline")),
-    ]
+    sections = []
     lost = lost_table(solutions, black_boxes or {})
     if lost:
         sections.append(section("Target lost", lost))
+    reasons = reason_table(solutions)
+    if reasons:
+        sections.append(section("Why frames have no pose", reasons))
     if evaluation is not None:
-        sections.insert(0, section("Errors by range", range_table(evaluation)))
+        sections.append(section("Errors by range", range_table(evaluation)))
+    errors_title = "Errors and 3σ band" if evaluation is not None else "Uncertainty (3σ)"
+    sections += [
+        section("State", figure_html(timeline_figure(solutions), "timeline")),
+        section(errors_title, figures_html(error_figures(solutions, truth), "errors", ERROR_COLOURS)),
+        section("Position and attitude", figures_html(pose_figures(solutions, truth), "pose", POSE_COLOURS)),
+    ]
     dimensions = learned_dimensions(solutions)
     if dimensions is not None:
         sections.append(section("Dimensions learnt", dimension_table(dimensions)))
@@ -55,12 +62,21 @@ def write_report(
         sections.append(section("Time per stage", figure_html(stage_figure(solutions), "stages")))
     if pictures:
         sections.append(section("Frames", _strip(pictures, solutions)))
-    write_page(path, name, _subtitle(solutions), headline_tiles(solutions, evaluation), sections)
+    if facts:
+        sections.append(section("Made with", facts_html(facts)))
+    write_page(
+        path,
+        name,
+        _subtitle(solutions),
+        headline_tiles(solutions, evaluation),
+        sections,
+        verdict=run_verdict(solutions, evaluation),
+    )
 
 
 def _subtitle(solutions: Sequence[Solution]) -> str:
     seconds = (solutions[-1].timestamp_ns - solutions[0].timestamp_ns) * 1e-9
-    return f"{len(solutions)} frames over {seconds:.3f} s from {solutions[0].timestamp_ns} ns"
+    return f"{len(solutions)} frames over {seconds:.3f} s; times count from the first, {solutions[0].timestamp_ns} ns"
 
 
 def _strip(pictures: Sequence[Picture], solutions: Sequence[Solution]) -> str:

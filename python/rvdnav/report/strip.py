@@ -34,19 +34,17 @@ EdgeMask = Callable[[int, ByteArray], NDArray[np.bool_]]
 
 @attrs.frozen
 class Picture:
-    """One frame of the strip: of which time and camera, and its image for an img element's src."""
+    """One frame of the strip: of which time and camera, its image for an img element's src, and why it is shown."""
 
     timestamp_ns: int
     camera: int
     uri: str
+    why: str = ""
 
 
-def strip_indices(frames: int, count: int = 6) -> tuple[int, ...]:
-    """At most ``count`` frame numbers spread evenly from the first to the last of ``frames``."""
-    return tuple(sorted({int(i) for i in np.linspace(0, frames - 1, count).round()})) if frames else ()
-
-
-def draw_picture(frame: Frame, solution: Solution, rig: Rig, target: Target, edges: EdgeMask) -> Picture | None:
+def draw_picture(
+    frame: Frame, solution: Solution, rig: Rig, target: Target, edges: EdgeMask, why: str = ""
+) -> Picture | None:
     """The left image (the right one where the left is missing) with what was found; None without any image."""
     camera, image = (0, frame.left) if frame.left is not None else (1, frame.right)
     if image is None:
@@ -60,7 +58,7 @@ def draw_picture(frame: Frame, solution: Solution, rig: Rig, target: Target, edg
     if solution.T_world_target is not None:
         for curve in _projected_edges(solution.T_world_target, rig, target, camera):
             _draw_curve(canvas, curve, _TARGET_COLOUR)
-    return Picture(timestamp_ns=frame.timestamp_ns, camera=camera, uri=jpeg_uri(canvas, _JPEG_QUALITY))
+    return Picture(timestamp_ns=frame.timestamp_ns, camera=camera, uri=jpeg_uri(canvas, _JPEG_QUALITY), why=why)
 
 
 def _lengthened(segment: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ from rvdnav.solution import Solution, State
 
 MEASURED = "#2f7fe0"
 BAND = "rgba(47, 127, 224, 0.20)"
+PREDICTED_BAND = "rgba(146, 112, 216, 0.22)"
 TRUE = "#e08a2e"
 PREDICTED = "#9270d8"
 GOOD = "#23a172"

@@ -10,7 +10,7 @@ from rvdnav.evaluation import Evaluation, Quantiles, RangeRow
 from rvdnav.report.html import note_html, table_html
 from rvdnav.report.strip import Picture
 from rvdnav.solution import LearnedDimensions, Solution
-from rvdnav.summary import dimension_rows, median_frame_time, median_sigmas
+from rvdnav.summary import dimension_rows, median_frame_time, median_sigmas, unpublished_reasons
 
 
 def headline_tiles(solutions: Sequence[Solution], evaluation: Evaluation | None) -> list[tuple[str, str, str]]:
@@ -55,6 +55,13 @@ def _quantile_cells(quantiles: Quantiles | None, scale: float) -> list[str]:
     return [f"{value * scale:.3f}" for value in (quantiles.median, quantiles.p95, quantiles.max)]
 
 
+def reason_table(solutions: Sequence[Solution]) -> str:
+    """Why frames have no pose, with the number for each reason; empty where all have one."""
+    reasons = unpublished_reasons(solutions)
+    rows = [(reason.name, str(count), reason.description) for reason, count in reasons]
+    return f'<div class="words">{table_html(("reason", "frames", ""), rows)}</div>' if rows else ""
+
+
 def dimension_table(dimensions: LearnedDimensions) -> str:
     """The sizes that were learnt, with their standard deviations."""
     known = "enough to navigate with one camera" if dimensions.known else "not yet enough to navigate with one camera"
@@ -63,8 +70,9 @@ def dimension_table(dimensions: LearnedDimensions) -> str:
 
 
 def picture_caption(picture: Picture, solution: Solution, start_ns: int) -> str:
-    """Time, camera, state and range of a picture, and why it was not published."""
-    parts = [f"{(picture.timestamp_ns - start_ns) * 1e-9:.3f} s", ("left", "right")[picture.camera]]
+    """Why it is shown, time, camera, state and range of a picture, and why it was not published."""
+    parts = [picture.why] if picture.why else []
+    parts += [f"{(picture.timestamp_ns - start_ns) * 1e-9:.3f} s", ("left", "right")[picture.camera]]
     parts.append(solution.state.name if solution.mode is None else f"{solution.state.name}, {solution.mode.name}")
     if solution.T_world_target is not None:
         parts.append(f"range {np.linalg.norm(solution.T_world_target[:3, 3]):.3f} m")
