@@ -93,7 +93,7 @@ uint32_t find_bars(const rvdnav_segment* segments, uint32_t segment_count, const
       }
     }
   }
-  std::sort(bars, bars + count, better);
+  std::sort_heap(bars, bars + count, better);
   return count;
 }
 

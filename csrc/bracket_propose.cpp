@@ -50,7 +50,7 @@ class ProposalList {
     std::push_heap(items_, items_ + count_, better);
   }
 
-  void sort() { std::sort(items_, items_ + count_, better); }
+  void sort() { std::sort_heap(items_, items_ + count_, better); }
   uint32_t count() const { return count_; }
   bool overflowed() const { return overflowed_; }
 

@@ -19,19 +19,45 @@ struct Point {
   double x, y;
 };
 
-// The rectified point of a raw pixel.  Beyond the last column or row, where a lens may fold without any fault, the line
+// Where the line through the node before the border's pixel and that pixel goes on: to a position beyond both.
+class BeyondBorder {
+ public:
+  BeyondBorder(int32_t position, int32_t size)
+      : border(size - 1),
+        before((border - 1) / kMapStep * kMapStep),
+        ratio_(static_cast<double>(position - before) / (border - before)) {}
+
+  Point extend(const Point& a, const Point& b) const {
+    return {a.x + (b.x - a.x) * ratio_, a.y + (b.y - a.y) * ratio_};
+  }
+
+  const int32_t border, before;
+
+ private:
+  const double ratio_;
+};
+
+// The rectified point of a raw pixel.  Beyond the last row or column, where a lens may fold without any fault, the line
 // through the node before and the border's pixel goes on.  False where there is none.
-bool node_point(const rvdnav_rig& rig, int32_t camera, int32_t u, int32_t v, Point* p) {
+bool point_of_column(const rvdnav_rig& rig, int32_t camera, int32_t u, int32_t v, Point* p) {
   if (raw_to_rect(rig, camera, u, v, &p->x, &p->y)) return true;
-  if (u < rig.width && v < rig.height) return false;
-  const bool aside = u >= rig.width;
-  const int32_t position = aside ? u : v, border = (aside ? rig.width : rig.height) - 1;
-  const int32_t before = (border - 1) / kMapStep * kMapStep;
+  if (v < rig.height) return false;
+  const BeyondBorder line(v, rig.height);
   Point a, b;
-  if (!node_point(rig, camera, aside ? before : u, aside ? v : before, &a)) return false;
-  if (!node_point(rig, camera, aside ? border : u, aside ? v : border, &b)) return false;
-  const double ratio = static_cast<double>(position - before) / (border - before);
-  *p = {a.x + (b.x - a.x) * ratio, a.y + (b.y - a.y) * ratio};
+  if (!raw_to_rect(rig, camera, u, line.before, &a.x, &a.y)) return false;
+  if (!raw_to_rect(rig, camera, u, line.border, &b.x, &b.y)) return false;
+  *p = line.extend(a, b);
+  return true;
+}
+
+bool node_point(const rvdnav_rig& rig, int32_t camera, int32_t u, int32_t v, Point* p) {
+  if (u < rig.width) return point_of_column(rig, camera, u, v, p);
+  if (raw_to_rect(rig, camera, u, v, &p->x, &p->y)) return true;
+  const BeyondBorder line(u, rig.width);
+  Point a, b;
+  if (!point_of_column(rig, camera, line.before, v, &a)) return false;
+  if (!point_of_column(rig, camera, line.border, v, &b)) return false;
+  *p = line.extend(a, b);
   return true;
 }
 

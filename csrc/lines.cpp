@@ -57,9 +57,12 @@ uint32_t gather(const rvdnav_edgel* edgels, const Strip& strip, double band, Lin
       scratch.members[n++] = {static_cast<float>(y * c - x * s), scratch.order[k]};
     }
   }
-  std::sort(scratch.members, scratch.members + n, [](const LineScratch::Member& a, const LineScratch::Member& b) {
+  const auto before = [](const LineScratch::Member& a, const LineScratch::Member& b) {
     return a.t != b.t ? a.t < b.t : a.edgel < b.edgel;
-  });
+  };
+  // By a heap: std::sort calls itself.
+  std::make_heap(scratch.members, scratch.members + n, before);
+  std::sort_heap(scratch.members, scratch.members + n, before);
   return n;
 }
 
@@ -140,11 +143,13 @@ class SegmentList {
   }
 
   void sort() {
-    std::sort(segments_, segments_ + count_, [](const rvdnav_segment& a, const rvdnav_segment& b) {
+    const auto before = [](const rvdnav_segment& a, const rvdnav_segment& b) {
       if (a.support != b.support) return a.support > b.support;
       if (a.rho != b.rho) return a.rho < b.rho;
       return a.t_min < b.t_min;
-    });
+    };
+    std::make_heap(segments_, segments_ + count_, before);
+    std::sort_heap(segments_, segments_ + count_, before);
   }
 
   uint32_t count() const { return count_; }
