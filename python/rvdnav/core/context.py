@@ -36,13 +36,13 @@ class Context:
         check(lib.rvdnav_context_size(self.config, in_c, size))
         block, self._memory = aligned_block(size[0])
         handle = ffi.new("rvdnav_context **")
-        check(lib.rvdnav_context_init(block, size[0], self.config, in_c, _c_target(target), handle))
+        check(lib.rvdnav_context_init(block, size[0], self.config, in_c, c_target(target), handle))
         self.handle = handle[0]
         check(lib.rvdnav_context_config(self.handle, self.config))
 
     def set_target(self, target: Target | None) -> None:
         """Another target in place of the present one.  Raises CoreError when the core refuses it."""
-        check(lib.rvdnav_context_set_target(self.handle, _c_target(target)))
+        check(lib.rvdnav_context_set_target(self.handle, c_target(target)))
 
 
 def c_rig(rig: Rig) -> Any:
@@ -62,13 +62,14 @@ def c_rig(rig: Rig) -> Any:
     return out
 
 
-def _c_target(target: Target | None) -> Any:
+def c_target(target: Target | None) -> Any:
+    """An rvdnav_target, or a null pointer without a target or for one that is no four-bar bracket."""
     bracket = None if target is None else target.bracket
     if bracket is None:
         return ffi.NULL
-    c_target = ffi.new("rvdnav_target *")
-    c_target.struct_size = ffi.sizeof("rvdnav_target")
-    c_target.outer = bracket.outer.tolist()
-    c_target.inner = bracket.inner.tolist()
-    c_target.thickness = bracket.thickness
-    return c_target
+    out = ffi.new("rvdnav_target *")
+    out.struct_size = ffi.sizeof("rvdnav_target")
+    out.outer = bracket.outer.tolist()
+    out.inner = bracket.inner.tolist()
+    out.thickness = bracket.thickness
+    return out
