@@ -121,13 +121,18 @@ class CameraModel:
         A pixel that no ray is imaged to gives NaN.
         """
         target = (np.asarray(uv, dtype=np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
-        xy = target.copy()
+        places = target.reshape(-1, 2)
+        found = places.copy()
+        left = np.arange(len(places))  # those still on their way: a pixel without a ray keeps no other waiting
         with np.errstate(all="ignore"):  # where Newton's method runs away it ends in NaN, which is the answer
             for _ in range(_NEWTON_STEPS):
-                error = self._distort(xy) - target
-                if not (np.abs(error) > _NEWTON_TOLERANCE).any():
+                error = self._distort(found[left]) - places[left]
+                coarse = (np.abs(error) > _NEWTON_TOLERANCE).any(axis=-1)
+                if not coarse.any():
                     break
-                xy = xy - self._newton_step(xy, error)
+                left = left[coarse]
+                found[left] -= self._newton_step(found[left], error[coarse])
+            xy = found.reshape(target.shape)
             solved = (np.abs(self._distort(xy) - target) <= 10.0 * _NEWTON_TOLERANCE).all(axis=-1, keepdims=True)
             xy = np.where(solved & self._unfolded(xy), xy, np.nan)
         return np.concatenate([xy, np.ones_like(xy[..., :1])], axis=-1)
@@ -175,5 +180,15 @@ class CameraModel:
         """Pixels that no ray is imaged to; every n-th counts for all where the image is large."""
         step = int(np.ceil(np.sqrt(self.width * self.height / _MOST_COUNTED)))
         uv = np.stack(np.meshgrid(np.arange(0.0, self.width, step), np.arange(0.0, self.height, step)), axis=-1)
-        counted = int((~np.isfinite(self.unproject(uv)).all(axis=-1)).sum())
+        radius = np.linalg.norm((uv - (self.cx, self.cy)) / (self.fx, self.fy), axis=-1)
+        counted = int((~np.isfinite(self.unproject(uv[radius >= self._sure_radius()])).all(axis=-1)).sum())
         return max(counted * step * step, 1)
+
+    def _sure_radius(self) -> float:
+        """A distorted radius within which every point is the image of a ray: the circle at which the lens folds is
+        imaged outside it, since the tangential distortion moves no point by more than 3 (|p1| + |p2|) r²."""
+        k1, k2, p1, p2 = (float(k) for k in self.distortion)
+        s = self._fold_radius2
+        if not np.isfinite(s):
+            return 0.0
+        return float(np.sqrt(s) * (1.0 + s * (k1 + s * k2)) - 3.0 * (abs(p1) + abs(p2)) * s)
