@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,11 +47,31 @@ def staged_directory(directory: Path) -> Iterator[Path]:
         raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
     try:
         yield staging
-        _publish(staging, directory)
+        with _interrupts_wait():
+            _publish(staging, directory)
     except OSError as error:  # the disk is full, a name is taken by a folder, ...
         raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
     finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        with _interrupts_wait():
+            shutil.rmtree(staging, ignore_errors=True)
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let SIGINT and SIGTERM have their effect at the end of the block, so that it is done whole or not at all."""
+    came: list[int] = []
+    previous = {}
+    if threading.current_thread() is threading.main_thread():  # no other heeds them
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not None:  # else it was not set by Python, which could not set it again
+                previous[number] = signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        if came:
+            signal.raise_signal(came[0])
 
 
 @contextmanager

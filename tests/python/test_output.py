@@ -3,6 +3,8 @@
 import errno
 import json
 import os
+import shutil
+import signal
 
 import numpy as np
 import pytest
@@ -40,6 +42,29 @@ def test_nothing_is_left_after_a_failure(tmp_path, fault):
             fail(out)
     assert tree(tmp_path) == ["old", "old/a.txt"]
     assert (tmp_path / "old" / "a.txt").read_text() == "old"
+
+
+@pytest.fixture(params=[signal.SIGINT, signal.SIGTERM])
+def interrupt(request):
+    """Sends the program a signal that its handler, the same for both, makes a KeyboardInterrupt of."""
+    previous = signal.signal(request.param, signal.default_int_handler)
+    yield lambda: signal.raise_signal(request.param)
+    signal.signal(request.param, previous)
+
+
+@pytest.mark.parametrize(("module", "step"), [(os, "replace"), (shutil, "rmtree")])
+def test_an_interrupt_waits_while_files_are_moved_and_removed(tmp_path, monkeypatch, interrupt, module, step):
+    original = getattr(module, step)
+
+    def struck(*arguments, **options):
+        interrupt()
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(module, step, struck)
+    with pytest.raises(KeyboardInterrupt), staged_directory(tmp_path / "out") as staging:  # noqa: PT012
+        (staging / "a.txt").write_text("1")
+        (staging / "b.txt").write_text("2")
+    assert tree(tmp_path) == ["out", "out/a.txt", "out/b.txt"]
 
 
 def test_a_folder_takes_the_place_of_the_older_one(tmp_path):
