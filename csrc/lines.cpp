@@ -15,6 +15,12 @@ constexpr int32_t kDirectionSlack = 8;  // levels of 1/256 turn (11 degrees) bet
 constexpr uint32_t kMinSupport = 8;
 constexpr double kMinDensity = 0.6;  // edgels per pixel of length
 
+// Fixed point for what need not be exact: unit vectors in 2^-20, so that products with coordinates are in 2^-25 pixels.
+constexpr double kUnitScale = 1 << 20;
+constexpr double kProductScale = 1 << 25;
+// By which such a distance may be off, pixels: rectified coordinates stay below 2^13, each rounding is half a unit.
+constexpr double kProductError = 1.0 / 64.0;
+
 struct Strip {
   Line2 line;
   int32_t direction;  // level of the gradient that belongs to this polarity
@@ -46,11 +52,17 @@ uint32_t gather(const rvdnav_edgel* edgels, const Strip& strip, double band, Lin
   const int32_t last = (strip.direction + kDirectionSlack + RVDNAV_DIRECTION_LEVELS) / kLevels;
   const double c = strip.line.normal.x();
   const double s = strip.line.normal.y();
+  // Most edgels are far from the line: they are told in integers.
+  const int64_t c_q20 = std::lround(c * kUnitScale), s_q20 = std::lround(s * kUnitScale);
+  const int64_t rho_q25 = static_cast<int64_t>(strip.line.rho * kProductScale);
+  const int64_t near_q25 = static_cast<int64_t>((band + kProductError) * kProductScale);
   uint32_t n = 0;
   for (int32_t b = first; b <= last; ++b) {
     const int32_t bucket = b % kDirectionBuckets;
     for (uint32_t k = scratch.bucket_start[bucket]; k < scratch.bucket_start[bucket + 1]; ++k) {
       const rvdnav_edgel& e = edgels[scratch.order[k]];
+      const int64_t distance_q25 = e.x_q5 * c_q20 + e.y_q5 * s_q20 - rho_q25;
+      if (distance_q25 > near_q25 || distance_q25 < -near_q25) continue;
       const double x = coordinate(e.x_q5);
       const double y = coordinate(e.y_q5);
       if (std::abs(x * c + y * s - strip.line.rho) > band) continue;
