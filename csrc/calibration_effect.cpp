@@ -82,7 +82,7 @@ EndWeights end_weights(const LinePoints& points, const double* end_t) {
 }  // namespace
 
 void calibration_derivatives(const rvdnav_rig& rig, const rvdnav_calibration_effect& effect,
-                             const rvdnav_measured_line& line, double* derivatives) {
+                             const rvdnav_measured_line& line, double* derivatives, ptrdiff_t stride) {
   const auto p = static_cast<ptrdiff_t>(effect.parameters);
   const double normal[2] = {math::cos(line.theta), math::sin(line.theta)};
   const double* centers = effect.centers + 3 * p * line.camera;
@@ -94,7 +94,7 @@ void calibration_derivatives(const rvdnav_rig& rig, const rvdnav_calibration_eff
     const double across = normal[0] * x + normal[1] * y;
     // A camera that moves one way shows the point moved the other way.
     const double gradient[3] = {scale * normal[0], scale * normal[1], -across / point[2]};
-    double* out = derivatives + end * p;
+    double* out = derivatives + end * stride;
     for (ptrdiff_t k = 0; k < p; ++k) {
       out[k] = across / rig.focal_rect * effect.focal[k] - gradient[0] * centers[k] - gradient[1] * centers[p + k] -
                gradient[2] * centers[2 * p + k];
@@ -107,7 +107,7 @@ void calibration_derivatives(const rvdnav_rig& rig, const rvdnav_calibration_eff
       for (ptrdiff_t k = 0; k < p; ++k) {
         const double across = normal[0] * shift[k] + normal[1] * shift[p + k];
         derivatives[k] -= weight[0] * across;
-        derivatives[p + k] -= weight[1] * across;
+        derivatives[stride + k] -= weight[1] * across;
       }
       shift += 2 * p;
     }

@@ -18,6 +18,9 @@ struct Placed {
   bool usable;
 };
 
+// False for a NaN.
+bool is_near(const Eigen::Vector2d& point) { return std::abs(point.x()) <= kReach && std::abs(point.y()) <= kReach; }
+
 Placed place(const rvdnav_rig& rig, const rvdnav_seen_edge& edge, double shortest) {
   const auto projected = [&](const double* p) -> Eigen::Vector2d {
     return {rig.focal_rect * p[0] / p[2], rig.focal_rect * p[1] / p[2]};
@@ -27,7 +30,7 @@ Placed place(const rvdnav_rig& rig, const rvdnav_seen_edge& edge, double shortes
   const Eigen::Vector2d normal = Eigen::Vector2d(-along.y(), along.x()) / std::max(along.norm(), 1e-9);
   start += edge.offset[0] * normal;
   end += edge.offset[1] * normal;
-  const bool near = start.cwiseAbs().maxCoeff() <= kReach && end.cwiseAbs().maxCoeff() <= kReach;
+  const bool near = is_near(start) && is_near(end);
   return {start, end - start, near && (end - start).norm() >= shortest};
 }
 

@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "abi/abi.hpp"
+#include "abi/checks.hpp"
+#include "calibration_effect.hpp"
 
 namespace rvdnav {
 namespace {
@@ -9,10 +11,40 @@ namespace {
 constexpr int32_t kFarthestPeak = 16384 << 8;    // Q8
 constexpr int32_t kFullTurnQ8 = 360 << 8;        // degrees
 constexpr double kFullTurn = 6.283185307179586;  // radians
+constexpr double kRotationError = 1e-3;          // of R R^T from 1
 
 bool within(int32_t value, int32_t bound) { return value >= -bound && value <= bound; }
 
 }  // namespace
+
+bool is_rotation(const double* R) {
+  for (int32_t i = 0; i < 3; ++i) {
+    for (int32_t j = 0; j < 3; ++j) {
+      const double product = R[3 * i] * R[3 * j] + R[3 * i + 1] * R[3 * j + 1] + R[3 * i + 2] * R[3 * j + 2];
+      if (!(std::abs(product - (i == j ? 1.0 : 0.0)) <= kRotationError)) return false;
+    }
+  }
+  const double determinant =
+      R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) + R[2] * (R[3] * R[7] - R[4] * R[6]);
+  return determinant > 0.0;
+}
+
+bool are_cameras_usable(const rvdnav_pose_cameras& cameras) {
+  return cameras.focal > 0.0 && cameras.focal <= kLargestFocal &&
+         all_within(cameras.centre[0], 2 * 3, kLargestLength) && is_rotation(cameras.R_rect_W);
+}
+
+rvdnav_status check_effect(const rvdnav_calibration_effect& effect, int32_t cameras) {
+  if (effect.struct_size != sizeof(effect)) return RVDNAV_ERROR_STRUCT_SIZE;
+  if (effect.parameters > kMaxCalibrationParameters) return RVDNAV_ERROR_ARGUMENT;
+  if (effect.parameters == 0) return RVDNAV_OK;
+  if (effect.shift == nullptr || effect.focal == nullptr || effect.centers == nullptr) return RVDNAV_ERROR_NULL;
+  const size_t p = effect.parameters, views = static_cast<size_t>(cameras), terms = kEffectDegree + 1;
+  const bool usable = all_within(effect.shift, views * terms * terms * 2 * p, kLargestEntry) &&
+                      all_within(effect.focal, p, kLargestEntry) &&
+                      all_within(effect.centers, views * 3 * p, kLargestEntry);
+  return usable ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
+}
 
 rvdnav_status check_context(const rvdnav_context* context) {
   if (context == nullptr) return RVDNAV_ERROR_NULL;

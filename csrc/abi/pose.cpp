@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "abi/abi.hpp"
+#include "abi/checks.hpp"
 #include "pose/edge_lines.hpp"
 #include "pose/refine.hpp"
 
@@ -10,20 +11,7 @@ using namespace rvdnav;
 namespace {
 
 constexpr uint32_t kMaxPoints = 1u << 20;
-// Beyond these no measurement lies; squares and products of such numbers are finite.
-constexpr double kLargestSigma = 1e6;    // pixels
-constexpr double kLargestLength = 1e6;   // metres
-constexpr double kLargestFocal = 1e6;    // pixels
-constexpr double kLargestAngle = 1e3;    // rad
-constexpr double kLargestEntry = 1e30;   // of covariances, information and derivatives
-constexpr double kRotationError = 1e-3;  // of R^T R from 1
-
-bool all_within(const double* values, size_t count, double bound) {
-  for (size_t i = 0; i < count; ++i) {
-    if (!(std::abs(values[i]) <= bound)) return false;
-  }
-  return true;
-}
+constexpr double kLargestAngle = 1e3;  // rad
 
 bool is_camera(int32_t camera) { return camera >= 0 && camera < RVDNAV_CAMERAS; }
 
@@ -38,23 +26,6 @@ bool is_usable(const rvdnav_pose_line& line) {
          all_within(line.to_C, 3, kLargestLength) && std::abs(line.rho) <= kFar &&
          std::abs(line.theta) <= kLargestAngle && all_within(line.covariance, 4, kLargestEntry) &&
          line.shift_sigma >= 0.0 && line.shift_sigma <= kLargestSigma;
-}
-
-bool is_rotation(const double* R) {
-  for (int32_t i = 0; i < 3; ++i) {
-    for (int32_t j = 0; j < 3; ++j) {
-      const double product = R[3 * i] * R[3 * j] + R[3 * i + 1] * R[3 * j + 1] + R[3 * i + 2] * R[3 * j + 2];
-      if (!(std::abs(product - (i == j ? 1.0 : 0.0)) <= kRotationError)) return false;
-    }
-  }
-  const double determinant =
-      R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) + R[2] * (R[3] * R[7] - R[4] * R[6]);
-  return determinant > 0.0;
-}
-
-bool is_usable(const rvdnav_pose_cameras& cameras) {
-  return cameras.focal > 0.0 && cameras.focal <= kLargestFocal &&
-         all_within(cameras.centre[0], 2 * 3, kLargestLength) && is_rotation(cameras.R_rect_W);
 }
 
 // The groups are those of all parameters.
@@ -83,7 +54,7 @@ rvdnav_status check_problem(const rvdnav_pose_problem* problem) {
   for (size_t i = 0; i < n; ++i) {
     if (!is_usable(problem->lines[i])) return RVDNAV_ERROR_ARGUMENT;
   }
-  if (!is_usable(problem->cameras) || !are_usable(*problem)) return RVDNAV_ERROR_ARGUMENT;
+  if (!are_cameras_usable(problem->cameras) || !are_usable(*problem)) return RVDNAV_ERROR_ARGUMENT;
   if (!is_rotation(problem->R_W_C) || !all_within(problem->p_W, 3, kLargestLength)) return RVDNAV_ERROR_ARGUMENT;
   if (problem->loss != RVDNAV_LOSS_TUKEY && problem->loss != RVDNAV_LOSS_HUBER) return RVDNAV_ERROR_ARGUMENT;
   if (!(problem->k >= 0.0 && problem->k <= kLargestSigma)) return RVDNAV_ERROR_ARGUMENT;
@@ -93,11 +64,6 @@ rvdnav_status check_problem(const rvdnav_pose_problem* problem) {
   if (!all_within(problem->derivative, 2 * n * p, kLargestEntry)) return RVDNAV_ERROR_ARGUMENT;
   if (!all_within(problem->information, p * p, kLargestEntry)) return RVDNAV_ERROR_ARGUMENT;
   return all_within(problem->vector, p, kLargestEntry) ? RVDNAV_OK : RVDNAV_ERROR_ARGUMENT;
-}
-
-rvdnav_status check_memory(const void* memory, size_t size, size_t needed) {
-  if (memory == nullptr) return RVDNAV_ERROR_NULL;
-  return size < needed || reinterpret_cast<uintptr_t>(memory) % kAlignment != 0 ? RVDNAV_ERROR_MEMORY : RVDNAV_OK;
 }
 
 }  // namespace
@@ -152,5 +118,7 @@ rvdnav_status rvdnav_refine_pose(const rvdnav_pose_problem* problem, void* memor
   Arena arena(memory, size);
   RefineMemory work = {};
   lay_out(static_cast<int32_t>(problem->line_count), static_cast<int32_t>(problem->parameter_count), arena, &work);
-  return refine_pose(*problem, &work, result);
+  Refinement refinement = {};
+  RVDNAV_TRY(refine_pose(*problem, &work, &refinement));
+  return report_pose(*problem, refinement, &work, result);
 }

@@ -40,6 +40,24 @@ Transform perturb(const Transform& T, const double* delta) {
   return moved;
 }
 
+void difference(const Transform& T, const Transform& from, double* delta) {
+  double turn[9];  // T.R from.R^T
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double *a = T.R + 3 * i, *b = from.R + 3 * j;
+      turn[3 * i + j] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    }
+  }
+  const double axis[3] = {0.5 * (turn[7] - turn[5]), 0.5 * (turn[2] - turn[6]), 0.5 * (turn[3] - turn[1])};
+  const double sine = std::sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+  const double angle = atan2(sine, 0.5 * (turn[0] + turn[4] + turn[8] - 1.0));
+  const double scale = sine > 0.0 ? angle / sine : 1.0;
+  for (int i = 0; i < 3; ++i) {
+    delta[i] = T.p[i] - from.p[i];
+    delta[3 + i] = scale * axis[i];
+  }
+}
+
 void orthonormalise(double* R) {
   // Newton's iteration for the polar decomposition: the mean of the matrix and its inverse's transpose.
   for (int round = 0; round < kPolarRounds; ++round) {

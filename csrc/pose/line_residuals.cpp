@@ -25,11 +25,6 @@ bool place(const RectifiedPose& pose, const DirectedLine& line, int32_t end, dou
   return point[2] > 0.0;
 }
 
-// out = A^T x.
-void multiply_transposed(const double* A, const double* x, double* out) {
-  for (int32_t i = 0; i < 3; ++i) out[i] = A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2];
-}
-
 }  // namespace
 
 DirectedLine directed_line(const rvdnav_pose_cameras& cameras, const rvdnav_pose_line& line) {
@@ -62,8 +57,8 @@ bool line_residuals(const rvdnav_pose_cameras& cameras, const DirectedLine* line
       const double turn[3] = {arm[1] * gradient[2] - arm[2] * g1, arm[2] * g0 - arm[0] * gradient[2],
                               arm[0] * g1 - arm[1] * g0};
       *r = along - line.rho;
-      multiply_transposed(cameras.R_rect_W, gradient, J);
-      multiply_transposed(cameras.R_rect_W, turn, J + 3);
+      math::multiply_transposed_3(cameras.R_rect_W, gradient, J);
+      math::multiply_transposed_3(cameras.R_rect_W, turn, J + 3);
     }
   }
   return true;

@@ -24,14 +24,6 @@ constexpr double kSettled = 0.05;
 // Lines are few and share six parameters with the pose, so their scatter alone would make a scale that is too small.
 constexpr double kMinOmegaSquared = 1.0;
 
-// What is refined at the present displacement and scales.
-struct Round {
-  Displacement displacement;
-  double scales[RVDNAV_MAX_GROUPS];
-  SolverOptions options;
-  Minimum minimum;
-};
-
 // U, mean, Vt, VVt and the residuals' shift, from the whitened derivative; y of the estimate from z.
 bool relate_parameters(const rvdnav_pose_problem& problem, const double* scales, int32_t m, int32_t p,
                        RefineMemory* memory) {
@@ -53,7 +45,7 @@ bool relate_parameters(const rvdnav_pose_problem& problem, const double* scales,
 }
 
 // The minimum from the estimate's T and z on, at the round's displacement and scales.
-rvdnav_status solve(const rvdnav_pose_problem& problem, RefineMemory* memory, WhitenedLines* lines, Round* round) {
+rvdnav_status solve(const rvdnav_pose_problem& problem, RefineMemory* memory, WhitenedLines* lines, Refinement* round) {
   const rvdnav_pose_cameras& cameras = problem.cameras;
   if (!known_variances(cameras, problem.lines, memory->lines, lines->n, memory->estimate.T, memory->known)) {
     return RVDNAV_ERROR_BEHIND;
@@ -95,9 +87,9 @@ bool same(double value, double before) { return std::fabs(value - before) <= kSe
 // weights and covariance follow the frame (R. C. Paule and J. Mandel, "Consensus values and weighting factors", 1982;
 // here for two components, whose degrees of freedom are the lines less the leverage of the parameters on them).
 bool learn_from_lines(const rvdnav_pose_problem& problem, const WhitenedLines& lines, RefineMemory* memory,
-                      Round* round, bool* settled) {
+                      Refinement* round, bool* settled) {
   if (!fill_distances(problem, lines, memory)) return false;
-  const Round before = *round;
+  const Refinement before = *round;
   const math::Transform& T = memory->estimate.T;
   if (!known_variances(problem.cameras, problem.lines, memory->lines, lines.n, T, memory->known)) return false;
   double leverage[2] = {};
@@ -134,10 +126,10 @@ double unit_weight(const WhitenedLines& lines, const RefineMemory& memory, doubl
 }
 
 // Where the search begins, and in how many rounds the displacement and the scales are taken anew.
-Round first_round(const rvdnav_pose_problem& problem, int32_t* rounds) {
+Refinement first_round(const rvdnav_pose_problem& problem, int32_t* rounds) {
   // Ends that move independently of each other move their mean and half their difference alike.
   double sigma = problem.endpoint_sigma / std::sqrt(2.0);
-  Round round = {};
+  Refinement round = {};
   bool shared = false;
   for (uint32_t g = 0; g < problem.group_count; ++g) {
     const rvdnav_parameter_group& group = problem.groups[g];
@@ -155,12 +147,55 @@ Round first_round(const rvdnav_pose_problem& problem, int32_t* rounds) {
   return round;
 }
 
+WhitenedLines whitened_lines(const rvdnav_pose_problem& problem, const RefineMemory& memory) {
+  const int32_t n = static_cast<int32_t>(problem.line_count), p = static_cast<int32_t>(problem.parameter_count);
+  return {&problem.cameras, memory.lines, memory.whitening, memory.shift, memory.Vt, memory.VVt, n, 2 * n, p};
+}
+
 void copy_out(const double* values, ptrdiff_t count, double* out) {
   if (out != nullptr) std::copy(values, values + count, out);
 }
 
-rvdnav_status report(const rvdnav_pose_problem& problem, const WhitenedLines& lines, const Round& round,
-                     RefineMemory* memory, rvdnav_refined_pose* result) {
+}  // namespace
+
+void lay_out(int32_t n, int32_t p, Arena& arena, RefineMemory* memory) {
+  const size_t lines = static_cast<size_t>(n), m = 2 * lines, parameters = static_cast<size_t>(p);
+  arena.take(&memory->lines, lines);
+  arena.take(&memory->known, lines);
+  arena.take(&memory->whitening, 4 * lines);
+  for (double** array : {&memory->shift, &memory->distances, &memory->leverage}) arena.take(array, m);
+  for (double** array : {&memory->mean, &memory->z, &memory->variances}) arena.take(array, parameters);
+  arena.take(&memory->U, parameters * parameters);
+  arena.take(&memory->G, m * parameters);
+  arena.take(&memory->Vt, m * parameters);
+  arena.take(&memory->VVt, m * m);
+  lay_out(n, p, arena, &memory->estimate);
+  lay_out(n, p, arena, &memory->solver);
+  lay_out(n, p, arena, &memory->posterior);
+}
+
+rvdnav_status refine_pose(const rvdnav_pose_problem& problem, RefineMemory* memory, Refinement* round) {
+  WhitenedLines lines = whitened_lines(problem, *memory);
+  if (lines.n < kMinLines) return RVDNAV_ERROR_UNDETERMINED;
+  for (int32_t i = 0; i < lines.n; ++i) memory->lines[i] = directed_line(problem.cameras, problem.lines[i]);
+  int32_t rounds = 0;
+  *round = first_round(problem, &rounds);
+  std::copy(problem.R_W_C, problem.R_W_C + 9, memory->estimate.T.R);
+  std::copy(problem.p_W, problem.p_W + 3, memory->estimate.T.p);
+  if (!prior_of(problem, round->scales, memory->U, memory->mean)) return RVDNAV_ERROR_UNDETERMINED;
+  std::copy(memory->mean, memory->mean + lines.p, memory->z);
+  bool settled = false;
+  for (int32_t i = 0; i < rounds && !settled; ++i) {
+    RVDNAV_TRY(solve(problem, memory, &lines, round));
+    if (!learn_from_lines(problem, lines, memory, round, &settled)) return RVDNAV_ERROR_BEHIND;
+    round->options.near_minimum = true;
+  }
+  return solve(problem, memory, &lines, round);
+}
+
+rvdnav_status report_pose(const rvdnav_pose_problem& problem, const Refinement& round, RefineMemory* memory,
+                          rvdnav_refined_pose* result) {
+  const WhitenedLines lines = whitened_lines(problem, *memory);
   if (!fill_distances(problem, lines, memory)) return RVDNAV_ERROR_BEHIND;
   const Minimum& minimum = round.minimum;
   const double variance = unit_weight(lines, *memory, minimum.response, &result->sigma0);
@@ -186,46 +221,6 @@ rvdnav_status report(const rvdnav_pose_problem& problem, const WhitenedLines& li
                   result->told_information, result->told_gradient);
   }
   return RVDNAV_OK;
-}
-
-}  // namespace
-
-void lay_out(int32_t n, int32_t p, Arena& arena, RefineMemory* memory) {
-  const size_t lines = static_cast<size_t>(n), m = 2 * lines, parameters = static_cast<size_t>(p);
-  arena.take(&memory->lines, lines);
-  arena.take(&memory->known, lines);
-  arena.take(&memory->whitening, 4 * lines);
-  for (double** array : {&memory->shift, &memory->distances, &memory->leverage}) arena.take(array, m);
-  for (double** array : {&memory->mean, &memory->z, &memory->variances}) arena.take(array, parameters);
-  arena.take(&memory->U, parameters * parameters);
-  arena.take(&memory->G, m * parameters);
-  arena.take(&memory->Vt, m * parameters);
-  arena.take(&memory->VVt, m * m);
-  lay_out(n, p, arena, &memory->estimate);
-  lay_out(n, p, arena, &memory->solver);
-  lay_out(n, p, arena, &memory->posterior);
-}
-
-rvdnav_status refine_pose(const rvdnav_pose_problem& problem, RefineMemory* memory, rvdnav_refined_pose* result) {
-  const int32_t n = static_cast<int32_t>(problem.line_count), p = static_cast<int32_t>(problem.parameter_count);
-  if (n < kMinLines) return RVDNAV_ERROR_UNDETERMINED;
-  for (int32_t i = 0; i < n; ++i) memory->lines[i] = directed_line(problem.cameras, problem.lines[i]);
-  WhitenedLines lines = {
-      &problem.cameras, memory->lines, memory->whitening, memory->shift, memory->Vt, memory->VVt, n, 2 * n, p};
-  int32_t rounds = 0;
-  Round round = first_round(problem, &rounds);
-  std::copy(problem.R_W_C, problem.R_W_C + 9, memory->estimate.T.R);
-  std::copy(problem.p_W, problem.p_W + 3, memory->estimate.T.p);
-  if (!prior_of(problem, round.scales, memory->U, memory->mean)) return RVDNAV_ERROR_UNDETERMINED;
-  std::copy(memory->mean, memory->mean + p, memory->z);
-  bool settled = false;
-  for (int32_t i = 0; i < rounds && !settled; ++i) {
-    RVDNAV_TRY(solve(problem, memory, &lines, &round));
-    if (!learn_from_lines(problem, lines, memory, &round, &settled)) return RVDNAV_ERROR_BEHIND;
-    round.options.near_minimum = true;
-  }
-  RVDNAV_TRY(solve(problem, memory, &lines, &round));
-  return report(problem, lines, round, memory, result);
 }
 
 }  // namespace rvdnav

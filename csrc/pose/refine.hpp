@@ -31,7 +31,18 @@ struct RefineMemory {
 
 void lay_out(int32_t n, int32_t p, Arena& arena, RefineMemory* memory);
 
-// Fills what the result's pointers give room for.
-rvdnav_status refine_pose(const rvdnav_pose_problem& problem, RefineMemory* memory, rvdnav_refined_pose* result);
+// How a refinement goes on, and how it ended; the memory holds the rest.
+struct Refinement {
+  Displacement displacement;
+  double scales[RVDNAV_MAX_GROUPS];
+  SolverOptions options;
+  Minimum minimum;
+};
+
+rvdnav_status refine_pose(const rvdnav_pose_problem& problem, RefineMemory* memory, Refinement* refinement);
+
+// What it came to, with the memory as it was left; fills what the result's pointers give room for.
+rvdnav_status report_pose(const rvdnav_pose_problem& problem, const Refinement& refinement, RefineMemory* memory,
+                          rvdnav_refined_pose* result);
 
 }  // namespace rvdnav

@@ -49,6 +49,9 @@ enum {
   RVDNAV_MAX_POSE_LINES = 512,  /* lines in both views of them */
   RVDNAV_MAX_PARAMETERS = 2048, /* beside the pose: each edge's ends and the edge, calibration, steps, motion */
   RVDNAV_MAX_GROUPS = 8,        /* of these */
+  RVDNAV_MAX_POINTS = 512,      /* that the edges of a target end in */
+  RVDNAV_MAX_FACES = 256,       /* of a target */
+  RVDNAV_MAX_CORNERS = 256,     /* of a face */
   RVDNAV_DIRECTION_LEVELS = 256 /* quantised gradient directions in a full turn */
 };
 
@@ -419,6 +422,85 @@ typedef struct rvdnav_refined_pose {
   double* told_gradient;    /* (6 + p); with told_information */
 } rvdnav_refined_pose;
 
+/* A target's straight edges in C, and what is known of them.  A bracket's are the front edges of its four bars: l1 outer,
+ * l1 inner, l2 outer, ... l4 inner. */
+typedef struct rvdnav_edge_model {
+  uint32_t struct_size;
+  uint32_t point_count;        /* [2, RVDNAV_MAX_POINTS] */
+  uint32_t edge_count;         /* [1, RVDNAV_MAX_POSE_EDGES]; RVDNAV_EDGES of a bracket */
+  uint32_t face_count;         /* [0, RVDNAV_MAX_FACES]; 0: nothing hides the edges */
+  uint32_t corner_count;       /* [3, RVDNAV_MAX_CORNERS] of every face, its last corner repeated where it has fewer */
+  int32_t bracket;             /* whether it is one */
+  double thickness;            /* of a bracket's bars towards +x_C, metres */
+  double touch;                /* distance below which a place lies on a face, metres */
+  const double* points;        /* (point_count, 3) metres */
+  const double* point_sigmas;  /* (point_count): standard deviation of each coordinate, metres; 0: exact */
+  const int32_t* ends;         /* (edge_count, 2): the points that an edge runs from and to */
+  const double* side_normals;  /* (edge_count, 3): of a bracket's side faces, unit, outward; else not looked at */
+  /* The planar faces: */
+  const double* face_normals;  /* (face_count, 3): unit, outward */
+  const double* face_origins;  /* (face_count, 3): a corner, metres */
+  const double* face_axes;     /* (face_count, 2, 3): orthonormal, in the plane */
+  const double* face_corners;  /* (face_count, corner_count, 2): along these from the origin, metres */
+  const uint8_t* adjoining;    /* (edge_count, face_count): 1 where the edge lies on the face */
+} rvdnav_edge_model;
+
+/* How fast a target moves while a rolling shutter exposes the rows. */
+typedef struct rvdnav_motion {
+  double row_seconds;      /* from the exposure of a row to that of the next one; 0: all at once, and the rest is void */
+  double velocity[6];      /* of the target's origin, m/s, and angular, rad/s, in W */
+  double covariance[36];   /* of these */
+} rvdnav_motion;
+
+/* What there is to measure a target's pose by, near one that is good to two or three pixels.
+ * The lasting errors are q parameters, each of unit standard deviation as stated: three coordinates of each point that is
+ * not exact, then the calibration's. */
+typedef struct rvdnav_measurement_problem {
+  uint32_t struct_size;
+  uint32_t lasting_count;        /* q, as the model and the effect have it */
+  const rvdnav_edge_model* model;
+  rvdnav_pose_cameras cameras;
+  double R_W_C[9];               /* start */
+  double p_W[3];
+  const int32_t* polarity;       /* (cameras, edges): of the steps as last seen, +1 brighter towards the normal
+                                    (-(y1-y0), x1-x0), -1 darker, 0 unknown */
+  const rvdnav_calibration_effect* effect; /* null: the calibration is exact */
+  double scales[5];              /* of what was stated of points, calibration, steps, edges and motion */
+  const double* information;     /* (q, q): what earlier frames told of the lasting errors */
+  const double* vector;          /* (q): that times the mean */
+  const double* start;           /* (q): the lasting errors that the start was found with */
+  rvdnav_motion motion;
+} rvdnav_measurement_problem;
+
+/* What a view shows of an edge. */
+typedef struct rvdnav_edge_evidence {
+  int32_t attempted;     /* profiles on the image */
+  int32_t agreed;        /* of them: with the pose */
+  int32_t polarity;      /* of those: +1 brighter towards the normal, -1 darker, 0 neither for the most part */
+  int32_t reserved;
+  double blur;           /* standard deviation of the steps' blur, pixels */
+  double back_coverage;  /* part of the profiles that agree with the back edge of a bracket's side face in sight, where
+                            the front edge agrees on less than half of its length */
+} rvdnav_edge_evidence;
+
+/* A measured pose with what speaks for it, in arrays of the caller's; n lines, of as many edges in as many views at most,
+ * and p parameters: the lasting ones, one a camera (displaced steps), one an edge (displaced in all views alike) and, with
+ * a rolling shutter, six (velocity). */
+typedef struct rvdnav_measurement {
+  uint32_t struct_size;
+  uint32_t line_count;            /* n */
+  int32_t settled;                /* the last round changed the pose by less than its standard deviation */
+  int32_t reserved;
+  rvdnav_refined_pose pose;       /* its arrays are required */
+  double own_covariance[36];      /* of what errs in this frame alone, and what it changed of the lasting errors */
+  rvdnav_edge_evidence* evidence; /* (cameras, edges) */
+  rvdnav_pose_line* lines;        /* (cameras x edges), n used */
+  int32_t* line_edges;            /* the same */
+  double* derivative;             /* (cameras x edges, 2, p), the first n used: of the lines' residuals, pixels */
+  double* taught_information;     /* (q, q): what the frame tells of the lasting errors by itself */
+  double* taught_vector;          /* (q) */
+} rvdnav_measurement;
+
 /* What one view gives. */
 typedef struct rvdnav_view_result {
   uint32_t struct_size;
@@ -570,6 +652,17 @@ RVDNAV_API rvdnav_status rvdnav_refine_pose_size(uint32_t line_count, uint32_t p
 /* The pose that fits the lines best, from the start on; a line is trusted or rejected as a whole. */
 RVDNAV_API rvdnav_status rvdnav_refine_pose(const rvdnav_pose_problem* problem, void* memory, size_t size,
                                             rvdnav_refined_pose* result);
+
+/* ---- the measurement: edges sampled, lines fitted, pose refined, until it stays ---- */
+/* Bytes of work memory, and how many parameters there are. */
+RVDNAV_API rvdnav_status rvdnav_measure_size(const rvdnav_context* context, const rvdnav_measurement_problem* problem,
+                                             size_t* size, uint32_t* parameter_count);
+/* The pose that the grey values give around the start.  An image may be null, not both.  memory: aligned to 64 bytes, at
+ * least the size asked for, used during the call alone.  RVDNAV_ERROR_UNDETERMINED, _BEHIND or _NO_AGREEMENT where the
+ * measured geometry gives no pose. */
+RVDNAV_API rvdnav_status rvdnav_measure(const rvdnav_context* context, const rvdnav_image* left,
+                                        const rvdnav_image* right, const rvdnav_measurement_problem* problem,
+                                        void* memory, size_t size, rvdnav_measurement* measurement);
 
 /* ---- the visible surface, off the frame's path ---- */
 /* Bytes of work memory that rvdnav_surface needs. */

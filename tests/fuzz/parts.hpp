@@ -23,3 +23,4 @@ void fuzz_images(Input& input);
 void fuzz_edge_lines(Input& input);
 void fuzz_pose(Input& input);
 void fuzz_calibration(Input& input);
+void fuzz_measurement(Input& input);

@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <random>
 #include <vector>
 
+#include "lent.hpp"
 #include "rvdnav/rvdnav.h"
 
 namespace {
@@ -16,23 +16,6 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFocal = 700.0;
 constexpr uint32_t kLines = 16;
 constexpr uint32_t kParameters = 5;
-constexpr uint64_t kGuard = 0x5a5a5a5a5a5a5a5aULL;
-
-// Aligned memory of a size that the library asked for, with a guard behind it.
-class Lent {
- public:
-  explicit Lent(size_t size) : size_(size), memory_(std::aligned_alloc(64, size + 64), &std::free) {
-    *guard() = kGuard;
-  }
-  void* data() const { return memory_.get(); }
-  size_t size() const { return size_; }
-  bool intact() const { return *guard() == kGuard; }
-
- private:
-  uint64_t* guard() const { return reinterpret_cast<uint64_t*>(static_cast<unsigned char*>(memory_.get()) + size_); }
-  size_t size_;
-  std::unique_ptr<void, decltype(&std::free)> memory_;
-};
 
 Lent lent(uint32_t lines, uint32_t parameters) {
   size_t size = 0;

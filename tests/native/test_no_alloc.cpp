@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstddef>
 
+#include "lent.hpp"
+#include "measuring.hpp"
 #include "scene.hpp"
 #include "windows.hpp"
 
@@ -103,15 +105,33 @@ TEST_CASE("a surface in lent memory allocates nothing") {
   const scene::Owner owner(scene::config(), scene::rig(), nullptr);
   size_t size = 0;
   REQUIRE(rvdnav_surface_size(owner.context, &size) == RVDNAV_OK);
-  void* memory = std::aligned_alloc(64, (size + 63) / 64 * 64);
+  const Lent memory(size);
   std::vector<rvdnav_surface_point> points(10000);
   uint32_t count = 0, crossings = 0;
   const long before = allocations;
   const rvdnav_status status =
-      rvdnav_surface(owner.context, &left, &right, memory, size, points.data(), 10000, &count, &crossings);
+      rvdnav_surface(owner.context, &left, &right, memory.data(), size, points.data(), 10000, &count, &crossings);
   const long after = allocations;
   CHECK(after - before == 0);
   CHECK(status == RVDNAV_OK);
   CHECK(count > 0);
-  std::free(memory);
+}
+
+TEST_CASE("a measurement in lent memory allocates nothing") {
+  const scene::Placement placement = {0.7, 0.02, 0.05, -0.1};
+  const std::vector<uint8_t> pixels[2] = {scene::draw(0, placement), scene::draw(1, placement)};
+  const rvdnav_image left = scene::image(pixels[0]);
+  const rvdnav_image right = scene::image(pixels[1]);
+  const scene::Owner owner(scene::config(), scene::rig(), nullptr);
+  scene::Measuring measuring(placement);
+  size_t size = 0;
+  uint32_t parameters = 0;
+  REQUIRE(rvdnav_measure_size(owner.context, &measuring.problem, &size, &parameters) == RVDNAV_OK);
+  const Lent memory(size);
+  const long before = allocations;
+  const rvdnav_status status =
+      rvdnav_measure(owner.context, &left, &right, &measuring.problem, memory.data(), size, &measuring.result);
+  const long after = allocations;
+  CHECK(after - before == 0);
+  CHECK(status == RVDNAV_OK);
 }
