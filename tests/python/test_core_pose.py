@@ -15,11 +15,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pose_scene import CAMERAS, Array, exact_lines, exact_samples, pose
+from readable_navigator.measurement import measure
 from rvdnav import Navigator, open_sequence
 from rvdnav import pose as readable
 from rvdnav.core import pose as native
 from rvdnav.errors import CoreError
-from rvdnav.navigator import back_edges, coarse, measurement, one_view, print_borders
+from rvdnav.navigator import coarse, one_view, surveyor
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose, difference, make_T, perturb
 from rvdnav.pose.systematics import Group, Systematics
 from rvdnav.solution import Solution
@@ -197,10 +198,9 @@ def test_the_navigator_gives_the_same_with_either(monkeypatch: pytest.MonkeyPatc
         return [navigator.process(frame) for frame in sequence]
 
     found = run()
-    for module in (back_edges, coarse, measurement, one_view, print_borders):
-        for name in ("fit_edge_lines", "refine_pose_edges", "refine_pose_lines"):
-            if hasattr(module, name):
-                monkeypatch.setattr(module, name, getattr(readable, name))
+    for module in (coarse, one_view):
+        monkeypatch.setattr(module, "refine_pose_lines", readable.refine_pose_lines)
+    monkeypatch.setattr(surveyor, "measure", measure)
     expected = run()
     assert [(s.state, s.reasons) for s in found] == [(s.state, s.reasons) for s in expected]
     published = [(a, b) for a, b in zip(found, expected, strict=True) if a.published]

@@ -45,7 +45,8 @@ def at(measurement: Measurement, offset: np.ndarray) -> Measurement:
 
 def showing(measurement: Measurement, edges: np.ndarray) -> Measurement:
     """As if the other edges had been found in no view."""
-    return attrs.evolve(measurement, inlier=measurement.inlier & np.isin(measurement.sampled.edge, edges))
+    shown = np.isin(np.arange(measurement.agreed.shape[1]), edges)
+    return attrs.evolve(measurement, agreed=np.where(shown, measurement.agreed, 0))
 
 
 def attempt(measurement: Measurement, *reasons: Reason) -> Attempt:
@@ -57,7 +58,7 @@ def offset(y_mm: float) -> np.ndarray:
 
 
 def visible(measurement: Measurement) -> np.ndarray:
-    return np.flatnonzero(measurement.sampled.attempted.sum(axis=0) > 0)
+    return np.flatnonzero(measurement.attempted.sum(axis=0) > 0)
 
 
 @pytest.mark.parametrize("places_mm", [(0.0, 4.0), (0.0, 4.0, -2.0), (1.0, 5.0, 5.0)])

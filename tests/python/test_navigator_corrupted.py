@@ -8,11 +8,11 @@ import attrs
 import numpy as np
 import pytest
 from drawn_scene import START_NS, STEP_NS, bracket_target, draw_images, example_rig, frame_of, pose
+from readable_navigator.sampling import Surroundings, sample_edges
 from rvdnav import Navigator, open_sequence
 from rvdnav.core import Core
 from rvdnav.navigator.edge_model import edge_model
 from rvdnav.navigator.geometry import FAR_PX, project_edges, rectified_cameras
-from rvdnav.navigator.sampling import Surroundings, sample_edges
 from rvdnav.navigator.settings import NavigatorSettings
 from rvdnav.navigator.windows import predicted_windows
 from rvdnav.pose import PredictedPose

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawn_scene import bracket_target, example_rig, pose
+from readable_navigator.faces import edge_blur, with_slopes
+from readable_navigator.sampling import SampledEdges
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.faces import edge_blur, face_widths, with_slopes
+from rvdnav.navigator.faces import face_widths
 from rvdnav.navigator.geometry import project_edges, rectified_cameras
-from rvdnav.navigator.sampling import SampledEdges
 
 
 @pytest.mark.parametrize("camera", [0, 1])

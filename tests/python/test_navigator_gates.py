@@ -47,9 +47,11 @@ def reasons(
 
 
 def hide(measurement: Measurement, camera: int, edges: list[int]) -> Measurement:
-    """The measurement with some edges' samples in a view declared outliers."""
-    hidden = (measurement.sampled.camera == camera) & np.isin(measurement.sampled.edge, edges)
-    return attrs.evolve(measurement, inlier=measurement.inlier & ~hidden)
+    """The measurement with some edges' profiles in a view declared outliers."""
+    agreed, polarity = measurement.agreed.copy(), measurement.polarity.copy()
+    agreed[camera, edges] = 0
+    polarity[camera, edges] = 0
+    return attrs.evolve(measurement, agreed=agreed, polarity=polarity)
 
 
 def with_pose(measurement: Measurement, **changes: object) -> Measurement:
@@ -112,18 +114,18 @@ def test_a_bar_that_is_hardly_shown(good: Measurement) -> None:
 def test_a_bars_only_edge_must_have_its_light_side_where_the_others_have_it(good: Measurement) -> None:
     """Else it is the bar's other edge, and the pose lies a bar's width off."""
     outer_hidden = hide(hide(good, 0, [2]), 1, [2])
-    polarity = good.sampled.polarity.copy()
-    polarity[(good.sampled.camera == 1) & (good.sampled.edge == 3)] *= -1
-    turned = attrs.evolve(outer_hidden, sampled=attrs.evolve(good.sampled, polarity=polarity))
+    polarity = outer_hidden.polarity.copy()
+    polarity[1, 3] *= -1
+    turned = attrs.evolve(outer_hidden, polarity=polarity)
     assert reasons(outer_hidden) == set()
     assert reasons(turned) == {Reason.TOO_FEW_LINES}
 
 
 def test_a_bar_beyond_the_images_is_not_asked_for(good: Measurement) -> None:
-    attempted = good.sampled.attempted.copy()
+    attempted = good.attempted.copy()
     attempted[:, [2, 3]] = 0
     without_l2 = hide(hide(good, 0, [2, 3]), 1, [2, 3])
-    assert reasons(attrs.evolve(without_l2, sampled=attrs.evolve(good.sampled, attempted=attempted))) == frozenset()
+    assert reasons(attrs.evolve(without_l2, attempted=attempted)) == frozenset()
 
 
 def test_the_drawn_bars_are_seen_to_be_lighter_than_what_is_beside_them(good: Measurement) -> None:
@@ -134,10 +136,10 @@ def test_the_drawn_bars_are_seen_to_be_lighter_than_what_is_beside_them(good: Me
 def test_a_bar_measured_a_width_beside_itself(good: Measurement, bar: int) -> None:
     """Its outer edge found where the inner one is: dark inwards, and nothing where the inner one is expected."""
     outer, inner = 2 * bar, 2 * bar + 1
-    polarity = good.sampled.polarity.copy()
+    polarity = good.polarity.copy()
     for camera, expected in ((0, set()), (1, {Reason.DISPLACED})):
-        polarity[(good.sampled.camera == camera) & (good.sampled.edge == outer)] *= -1
-        displaced = attrs.evolve(good, sampled=attrs.evolve(good.sampled, polarity=polarity.copy()))
+        polarity[camera, outer] *= -1
+        displaced = attrs.evolve(good, polarity=polarity.copy())
         for hidden in range(camera + 1):
             displaced = hide(displaced, hidden, [inner])
         assert reasons(displaced, frame=TRACKED) == expected
@@ -145,12 +147,9 @@ def test_a_bar_measured_a_width_beside_itself(good: Measurement, bar: int) -> No
 
 def test_too_small_a_part_of_all_edges(good: Measurement) -> None:
     """Each edge shown just enough to count, all of them together too little."""
-    keep = np.zeros(len(good.inlier), bool)
-    for camera in (0, 1):
-        for edge in range(8):
-            own = np.flatnonzero((good.sampled.camera == camera) & (good.sampled.edge == edge) & good.inlier)
-            keep[own[: int(np.ceil(0.4 * good.sampled.attempted[camera, edge]))]] = True
-    assert reasons(attrs.evolve(good, inlier=keep)) == {Reason.TOO_FEW_LINES}
+    few = np.ceil(0.4 * good.attempted).astype(np.int64)
+    assert (few < good.agreed).all()
+    assert reasons(attrs.evolve(good, agreed=few)) == {Reason.TOO_FEW_LINES}
 
 
 def test_a_pose_that_still_moves(good: Measurement) -> None:

@@ -19,6 +19,7 @@ from drawn_scene import (
     pose,
     wide_rig,
 )
+from readable_navigator.sampling import sample_edges
 from rvdnav import Frame, Navigator, Rig, Solution, open_sequence
 from rvdnav.core import Core
 from rvdnav.evaluation import pose_error
@@ -171,11 +172,11 @@ def test_a_view_of_noise_alone_vouches_for_nothing() -> None:
     noise = np.random.default_rng(3).normal(60.0, 40.0, right.shape).clip(0, 255).astype(np.uint8)
     knowledge = Knowledge(rig, model)
     learned, unknown = Learned.nothing(knowledge.lasting), np.zeros((2, 8), np.int64)
-    measurement = measure(Core(rig, TARGET), rig, model, knowledge, learned, (noise, right), T, unknown)
-    found = (
-        measurement.sampled.count(np.ones(len(measurement.sampled.camera), np.bool_)) / measurement.sampled.attempted
-    )
+    core = Core(rig, TARGET)
+    sampled = sample_edges(core, rig, (noise, right), T, model, 2.5, unknown)
+    found = sampled.count(np.ones(len(sampled.camera), np.bool_)) / sampled.attempted
     assert found[0].mean() > 0.3
+    measurement = measure(core, rig, model, knowledge, learned, (noise, right), T, unknown)
     assert (measurement.coverage[0] == 0.0).all()
     assert measurement.coverage[1].mean() > 0.9
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from readable_navigator.neighbours import neighbour_separation
 from rvdnav.navigator.edge_model import edge_model
-from rvdnav.navigator.neighbours import neighbour_separation
 from rvdnav.navigator.visibility import Faces
 from rvdnav.pose import RectifiedCameras
 from rvdnav.target import Target

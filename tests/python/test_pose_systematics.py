@@ -6,6 +6,7 @@ import attrs
 import numpy as np
 import pytest
 from drawn_scene import bracket_target, pose, wide_rig
+from readable_navigator.systematics import frame_systematics, taught
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
 from rvdnav.navigator.knowledge import Knowledge, Learned
@@ -50,8 +51,15 @@ def refined(stated_m: float, true_m: float, seed: int) -> RefinedPose:
     model = model_with(stated_m)
     lines = lines_of(model.points + true_m * rng.standard_normal((8, 3)), rng, model)
     knowledge = Knowledge(RIG, model)
-    systematics = knowledge.systematics(T, lines, np.zeros(16, np.int64), BLUR, Learned.nothing(knowledge.lasting))
+    systematics = frame_systematics(
+        knowledge, model, T, lines, np.zeros(16, np.int64), BLUR, Learned.nothing(knowledge.lasting)
+    )
     return refine_pose_edges(perturb(T, 1e-3 * rng.standard_normal(6)), lines, CAMERAS, systematics)
+
+
+def systematics_of(lines: LineMeasurements, model: EdgeModel, knowledge: Knowledge, learned: Learned) -> Systematics:
+    unknown = np.zeros(len(lines), np.int64)
+    return frame_systematics(knowledge, model, T, lines, unknown, BLUR, learned)
 
 
 def nees(found: RefinedPose) -> float:
@@ -86,7 +94,9 @@ def test_a_view_turned_by_ten_times_what_was_stated_is_told_from_lines_that_tilt
     ratios = []
     for seed in range(10):
         lines = lines_of(model.points, np.random.default_rng(seed), model, roll=np.radians(0.3))
-        systematics = knowledge.systematics(T, lines, np.zeros(16, np.int64), BLUR, Learned.nothing(knowledge.lasting))
+        systematics = frame_systematics(
+            knowledge, model, T, lines, np.zeros(16, np.int64), BLUR, Learned.nothing(knowledge.lasting)
+        )
         ratios.append(nees(refine_pose_edges(T, lines, CAMERAS, systematics)))
     assert max(ratios) < 2.0
 
@@ -133,8 +143,8 @@ def test_frames_that_repeat_themselves_teach_no_more_than_a_few() -> None:
     learned = Learned.nothing(knowledge.lasting)
     traces = []
     for _ in range(12):
-        systematics = knowledge.systematics(T, lines, np.zeros(16, np.int64), BLUR, learned)
-        learned = knowledge.taught(learned, refine_pose_edges(T, lines, CAMERAS, systematics))
+        systematics = systematics_of(lines, model, knowledge, learned)
+        learned = taught(knowledge, learned, refine_pose_edges(T, lines, CAMERAS, systematics), systematics)
         traces.append(float(np.trace(learned.information)))
     assert learned.frames == 12
     assert traces[-1] < 1.2 * traces[7]

@@ -30,11 +30,11 @@ class LineEffect:
     def __init__(self, rig: Rig, shift: FloatArray, focal: FloatArray, centers: FloatArray) -> None:
         self._rig = c_rig(rig)
         self._arrays = [np.ascontiguousarray(values, np.float64) for values in (shift, focal, centers)]
-        self._effect = ffi.new("rvdnav_calibration_effect *")
-        self._effect.struct_size = ffi.sizeof("rvdnav_calibration_effect")
-        self._effect.parameters = len(focal)
+        self.in_c = ffi.new("rvdnav_calibration_effect *")
+        self.in_c.struct_size = ffi.sizeof("rvdnav_calibration_effect")
+        self.in_c.parameters = len(focal)
         for name, values in zip(("shift", "focal", "centers"), self._arrays, strict=True):
-            setattr(self._effect, name, pointer(values, "double *"))
+            setattr(self.in_c, name, pointer(values, "double *"))
 
     def derivatives(self, camera: NDArray[Any], rho: FloatArray, theta: FloatArray, ends: FloatArray) -> FloatArray:
         """(n, 2, p) of the distances, px, of edges' projected ends from their lines.
@@ -44,7 +44,7 @@ class LineEffect:
         """
         lines = np.empty(len(rho), layout.MEASURED_LINE)
         lines["camera"], lines["rho"], lines["theta"], lines["ends"], lines["reserved"] = camera, rho, theta, ends, 0
-        out = np.empty((len(lines), 2, self._effect.parameters))
+        out = np.empty((len(lines), 2, self.in_c.parameters))
         args = pointer(lines, "rvdnav_measured_line *"), len(lines), pointer(out, "double *")
-        check(lib.rvdnav_calibration_derivatives(self._rig, self._effect, *args))
+        check(lib.rvdnav_calibration_derivatives(self._rig, self.in_c, *args))
         return out

@@ -28,6 +28,7 @@ class Context:
     """
 
     def __init__(self, rig: Rig, target: Target | None = None, **config: Unpack[CoreOptions]) -> None:
+        self._lent: tuple[int, Any, Any] | None = None
         self.config = make_config(**config)
         self.width = rig.width
         self.height = rig.height
@@ -39,6 +40,12 @@ class Context:
         check(lib.rvdnav_context_init(block, size[0], self.config, in_c, c_target(target), handle))
         self.handle = handle[0]
         check(lib.rvdnav_context_config(self.handle, self.config))
+
+    def lend(self, size: int) -> Any:
+        """Work memory of so many bytes for one call, the same from call to call."""
+        if self._lent is None or self._lent[0] < size:
+            self._lent = (size, *aligned_block(size))
+        return self._lent[1]
 
     def set_target(self, target: Target | None) -> None:
         """Another target in place of the present one.  Raises CoreError when the core refuses it."""

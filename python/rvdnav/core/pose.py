@@ -24,6 +24,57 @@ _LOSSES = {"tukey": lib.RVDNAV_LOSS_TUKEY, "huber": lib.RVDNAV_LOSS_HUBER}
 _POSE_ERRORS = (lib.RVDNAV_ERROR_UNDETERMINED, lib.RVDNAV_ERROR_BEHIND, lib.RVDNAV_ERROR_NO_AGREEMENT)
 
 
+def check_pose(status: int) -> None:
+    """Raises PoseError where the measured geometry gives no pose, CoreError where the core refuses the call."""
+    if status in _POSE_ERRORS:
+        raise PoseError(ffi.string(lib.rvdnav_status_text(status)).decode())
+    check(status)
+
+
+def set_cameras(in_c: Any, cameras: RectifiedCameras) -> None:
+    """Fills an rvdnav_pose_cameras."""
+    in_c.focal = cameras.focal
+    in_c.centre[0 : len(cameras.centers)] = cameras.centers.tolist()
+    in_c.R_rect_W = cameras.R_rect_world.ravel().tolist()
+
+
+def refined_pose(in_c: Any, n: int, groups: int, arrays: dict[str, FloatArray]) -> RefinedPose:
+    """From an rvdnav_refined_pose over n lines, with its arrays by name, each at least as long as it must be."""
+    return RefinedPose(
+        T_world_target=make_T(np.array(list(in_c.R_W_C)).reshape(3, 3), np.array(list(in_c.p_W))),
+        covariance=np.array(list(in_c.covariance)).reshape(6, 6),
+        residuals=arrays["residuals"].ravel()[: 2 * n].reshape(n, 2),
+        gain=arrays["gain"].ravel()[: 12 * n].reshape(6, n, 2),
+        weights=arrays["weights"][:n],
+        sigma0=in_c.sigma0,
+        iterations=in_c.iterations,
+        converged=bool(in_c.converged),
+        z=arrays["z"],
+        joint_covariance=arrays["joint_covariance"],
+        scales=np.array(list(in_c.scales)[:groups]),
+        told=JointInformation(arrays["told_information"], arrays["told_gradient"], arrays["z"]),
+        displacement_px=in_c.displacement,
+    )
+
+
+def refined_pose_arrays(in_c: Any, lines: int, p: int) -> dict[str, FloatArray]:
+    """Room for an rvdnav_refined_pose over so many lines with p parameters, given to it."""
+    shapes = {
+        "residuals": (lines, 2),
+        "weights": (lines,),
+        "gain": (6, lines, 2),
+        "z": (p,),
+        "joint_covariance": (6 + p, 6 + p),
+        "told_information": (6 + p, 6 + p),
+        "told_gradient": (6 + p,),
+    }
+    arrays = {name: np.empty(shape) for name, shape in shapes.items()}
+    in_c.struct_size = ffi.sizeof("rvdnav_refined_pose")
+    for name, array in arrays.items():
+        setattr(in_c, name, pointer(array, "double *"))
+    return arrays
+
+
 def fit_edge_lines(camera: IntArray, edge: IntArray, q: FloatArray, n: FloatArray, sigma: FloatArray) -> EdgeLines:
     """As `rvdnav.pose.fit_edge_lines`."""
     points = np.empty(len(camera), layout.EDGE_POINT)
@@ -97,9 +148,7 @@ def _refine(
     arrays = [np.ascontiguousarray(a) for a in (systematics.derivative, systematics.information, systematics.vector)]
     problem.struct_size = ffi.sizeof("rvdnav_pose_problem")
     problem.line_count, problem.lines = n, pointer(records, "rvdnav_pose_line *")
-    problem.cameras.focal = cameras.focal
-    problem.cameras.centre[0 : len(cameras.centers)] = cameras.centers.tolist()
-    problem.cameras.R_rect_W = cameras.R_rect_world.ravel().tolist()
+    set_cameras(problem.cameras, cameras)
     T = float_array(T_world_target, 4, 4)
     problem.R_W_C, problem.p_W = T[:3, :3].ravel().tolist(), T[:3, 3].tolist()
     problem.parameter_count, problem.group_count = p, len(systematics.groups)
@@ -109,39 +158,10 @@ def _refine(
     size = ffi.new("size_t *")
     check(lib.rvdnav_refine_pose_size(n, p, size))
     memory, _keep = aligned_block(size[0])
-    shapes = {
-        "residuals": (n, 2),
-        "weights": (n,),
-        "gain": (6, n, 2),
-        "z": (p,),
-        "joint_covariance": (6 + p, 6 + p),
-        "told_information": (6 + p, 6 + p),
-        "told_gradient": (6 + p,),
-    }
-    out = {name: np.empty(shape) for name, shape in shapes.items()}
     result = ffi.new("rvdnav_refined_pose *")
-    result.struct_size = ffi.sizeof("rvdnav_refined_pose")
-    for name, array in out.items():
-        setattr(result, name, pointer(array, "double *"))
-    status = lib.rvdnav_refine_pose(problem, memory, size[0], result)
-    if status in _POSE_ERRORS:
-        raise PoseError(ffi.string(lib.rvdnav_status_text(status)).decode())
-    check(status)
-    return RefinedPose(
-        T_world_target=make_T(np.array(list(result.R_W_C)).reshape(3, 3), np.array(list(result.p_W))),
-        covariance=np.array(list(result.covariance)).reshape(6, 6),
-        residuals=out["residuals"],
-        gain=out["gain"],
-        weights=out["weights"],
-        sigma0=result.sigma0,
-        iterations=result.iterations,
-        converged=bool(result.converged),
-        z=out["z"],
-        joint_covariance=out["joint_covariance"],
-        scales=np.array(list(result.scales)[: len(systematics.groups)]),
-        told=JointInformation(out["told_information"], out["told_gradient"], out["z"]),
-        displacement_px=result.displacement,
-    )
+    out = refined_pose_arrays(result, n, p)
+    check_pose(lib.rvdnav_refine_pose(problem, memory, size[0], result))
+    return refined_pose(result, n, len(systematics.groups), out)
 
 
 def _line_records(lines: LineMeasurements) -> Any:

@@ -69,14 +69,15 @@ class CalibrationEffect:
         ends = rectified_ends(self._cameras, lines.camera, T_world_target, lines.endpoints_C)
         if not (ends[:, :, 2] > 0.0).all():
             raise PoseError("an edge is not in front of the camera")
-        return self._by_line.derivatives(lines.camera, lines.rho, lines.theta, ends)
+        return self.by_line.derivatives(lines.camera, lines.rho, lines.theta, ends)
 
     @cached_property
     def _cameras(self) -> RectifiedCameras:
         return rectified_cameras(self.rig)
 
     @cached_property
-    def _by_line(self) -> LineEffect:
+    def by_line(self) -> LineEffect:
+        """As it shows in lines, in the core."""
         centers = np.einsum("ij,njp->nip", self.rig.R_world_rect.T, self.centers)
         return LineEffect(self.rig, self.shift, self.focal, centers)
 

@@ -52,9 +52,9 @@ def _joined(attempts: list[Attempt], settings: NavigatorSettings) -> Attempt | N
     joined = _among(first, others, settings)
     if joined is None:
         return None
-    sampled = [a.measurement.sampled.attempted for a in partial if a.measurement is not None]
+    profiles = [a.measurement.attempted for a in partial if a.measurement is not None]
     coverage = np.max([a.measurement.coverage for a in partial if a.measurement is not None], axis=0)
-    attempted = np.max(sampled, axis=0)
+    attempted = np.max(profiles, axis=0)
     together = float((coverage * attempted).sum()) / max(int(attempted.sum()), 1)
     if together < _SHOWN_TOGETHER or not most_shown(coverage, attempted, settings):
         return None

@@ -8,6 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from rvdnav.bracket import EDGE_APEXES, EDGE_NAMES, Bracket
+from rvdnav.core import TargetEdges
 from rvdnav.navigator.visibility import GRAZING, Faces, Pieces, whole_edges
 from rvdnav.pose.arrays import FloatArray, IntArray
 from rvdnav.target import Target
@@ -47,6 +48,15 @@ class EdgeModel:
         """(m, 2, 3) the edges' ends, m."""
         edge_points: FloatArray = self.points[self.ends]
         return edge_points
+
+    @cached_property
+    def in_core(self) -> TargetEdges:
+        """As the core takes it."""
+        normals = None if self.bracket is None else self.bracket.side_normals
+        thickness = None if self.bracket is None else self.bracket.thickness
+        return TargetEdges(
+            self.points, self.point_sigmas, self.ends, thickness=thickness, side_normals=normals, faces=self.faces
+        )
 
     @property
     def exact(self) -> EdgeModel:

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import attrs
 import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import edge_normals, project_edges
-from rvdnav.navigator.sampling import SampledEdges
 from rvdnav.pose import RectifiedCameras
-from rvdnav.pose.arrays import BoolArray, FloatArray
+from rvdnav.pose.arrays import FloatArray
 
-# Slope of the grey beside a step, parts of its contrast a pixel, that the model of the blur itself leaves.
-_SLOPE_SIGMA = 0.02
 # Blur up to which an image is sharp, px.
 _SHARP_PX = 1.05
-# Samples from which an edge may have a blur of its own, and by which part it must differ from its view's: within the
-# spread that the fit of a step allows for anyway, the difference is noise, and displaces the step.
-_MIN_BLURS = 12
-_OWN_BLUR = 0.3
 
 
 def face_widths(cameras: RectifiedCameras, T_world_target: FloatArray, model: EdgeModel) -> FloatArray:
-    """(cameras, edges) as `Surroundings.face`: of a bracket's front edges the width of their bar, else 0.
+    """(cameras, edges) of a bracket's front edges the width of their bar, px, positive where it lies
+    towards the normal (-dy, dx) of the edge's projection, negative where away from it; else 0.
 
     Raises PoseError for a target that is not in front of the cameras.
     """
@@ -42,38 +35,7 @@ def _bar_widths(xy: FloatArray) -> FloatArray:
     return nearest
 
 
-def edge_blur(sampled: SampledEdges, agreeing: BoolArray, expected: FloatArray) -> FloatArray:
-    """(cameras, edges) blur, px, that the agreeing samples (n,) show: of an edge the median of its own where that is
-    clearly another than its view's, for motion blurs along itself alone; else the median of its view; the expected
-    (cameras, edges) where there are none.
-    """
-    blur: FloatArray = expected.copy()
-    own = sampled.medians(sampled.blur, agreeing)
-    enough = sampled.count(agreeing) >= _MIN_BLURS
-    for camera in range(len(blur)):
-        chosen = agreeing & (sampled.camera == camera)
-        if not chosen.any():
-            continue
-        of_view = float(np.median(sampled.blur[chosen]))
-        apart = enough[camera] & (np.abs(own[camera] / of_view - 1.0) > _OWN_BLUR)
-        blur[camera] = np.where(apart, own[camera], of_view)
-    return blur
-
-
 def blur_excess(blur: FloatArray) -> FloatArray:
     """What of steps' blurs, px, goes beyond that of a lens in focus."""
     excess: FloatArray = np.sqrt(np.maximum(blur**2 - _SHARP_PX**2, 0.0))
     return excess
-
-
-def with_slopes(sampled: SampledEdges) -> tuple[SampledEdges, FloatArray]:
-    """The samples where their steps stand once the slopes beside them are allowed for, as far as an edge shows any.
-
-    A slope that a single profile shows may be noise, and a small one the remains of the blur's model; one that
-    is seen all along an edge is there.  Returned too: by how much (cameras, edges), px, each edge moved in the middle.
-    """
-    slope = sampled.medians(sampled.slope)
-    part = slope**4 / (slope**4 + _SLOPE_SIGMA**4)
-    moved: FloatArray = np.nan_to_num(np.abs(part * sampled.medians(sampled.slope_shift)))
-    shift = part[sampled.camera, sampled.edge] * sampled.slope_shift
-    return attrs.evolve(sampled, q=sampled.q + shift[:, None] * sampled.n), moved

@@ -141,10 +141,10 @@ def _blocks(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _enough_shown(measurement: Measurement, model: EdgeModel, settings: NavigatorSettings, acquired: bool) -> bool:
     """Whether the images show enough of the target's edges where the pose puts them."""
     shown = (measurement.coverage >= settings.edge_coverage) | (measurement.back_coverage >= settings.edge_coverage)
-    expected = measurement.sampled.attempted >= _MIN_PROFILES
+    expected = measurement.attempted >= _MIN_PROFILES
     if model.bracket is None:
         enough = measurement.total_coverage >= max(settings.min_coverage, _MOST_PROFILES)
-        return enough and most_shown(measurement.coverage, measurement.sampled.attempted, settings)
+        return enough and most_shown(measurement.coverage, measurement.attempted, settings)
     # At close range parts of the target are beyond the images' borders: a view cannot show more than it holds.
     least = np.minimum(settings.min_edges, np.ceil(_SHOWN_PART * expected.sum(axis=1)))
     seen = measurement.seen

@@ -14,14 +14,14 @@ from copy import copy
 import attrs
 import numpy as np
 
+from rvdnav.core import Errors, RowMotion
 from rvdnav.corrections import Corrections, ParameterCorrection, PointCorrection
 from rvdnav.navigator.calibration import CalibrationEffect
 from rvdnav.navigator.edge_model import EdgeModel
-from rvdnav.navigator.faces import blur_excess
 from rvdnav.navigator.geometry import project_edges, rectified_cameras, rectified_ends
-from rvdnav.navigator.shutter import Motion, RollingShutter
+from rvdnav.navigator.shutter import Motion, row_seconds
 from rvdnav.pose import LineMeasurements, PoseError, RefinedPose
-from rvdnav.pose.arrays import BoolArray, FloatArray, IntArray
+from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.systematics import Group, Systematics
 from rvdnav.rig import Rig, calibration_parameters
 
@@ -34,17 +34,9 @@ _WEIGHTS = (1.0, 4.0, 1.0, 1.0, math.inf)
 # The largest scales: how far what was said can be from what is, before the frame is not to be believed.
 _LARGEST = (5.0, 5.0, 20.0, 25.0, 1.0)
 _DOUBTFUL = (True, True, False, False, False)
-# By how much a step is displaced towards its dark side, as a part of its blur: sharpening, a response that bends.
-_STEP_PART = 0.015
-# By how much an edge is displaced in all views alike, px, by what lies beside it: of a sharp image, and as a part of
-# the blur beyond that.
-_EDGE_SIGMA_PX = 0.007
-_EDGE_PART = 0.06
 # Part of what was learnt that still counts in the next frame: lens remains, light and sampling displace the lines of
 # neighbouring frames alike, so their errors don't average out.
 _KEPT = 0.7
-# Of the tolerance of a point, what all of them have in common.
-_COMMON_PART = 0.5
 # Directions of the calibration's covariance below this part of the largest are none.
 _NEGLIGIBLE = 1e-12
 
@@ -67,6 +59,10 @@ class Learned:
     def nothing(cls, parameters: int) -> Learned:
         """Before the first frame."""
         return cls(np.zeros((parameters, parameters)), np.zeros(parameters), np.ones(len(_WEIGHTS)), 0)
+
+    def with_frame(self, information: FloatArray, vector: FloatArray, scales: FloatArray) -> Learned:
+        """With what a frame tells by itself, and the scales that it shows."""
+        return Learned(_KEPT * self.information + information, _KEPT * self.vector + vector, scales, self.frames + 1)
 
 
 class Knowledge:
@@ -99,39 +95,27 @@ class Knowledge:
         """How many parameters are the same in all frames."""
         return len(self._point_sigma) + int(self._directions.shape[1])
 
-    def systematics(
-        self,
-        T_world_target: FloatArray,
-        lines: LineMeasurements,
-        polarity: IntArray,
-        blur: FloatArray,
-        learned: Learned,
-        shutter: RollingShutter | None = None,
-    ) -> Systematics:
-        """Of lines near a pose (4, 4); polarity (n,): +1 brighter towards a line's normal, -1 darker, 0 unknown.
-
-        blur (cameras, edges): standard deviation of the steps' blur, px.
-        Raises PoseError for an edge that is not in front of its camera.
-        """
-        row = np.arange(len(lines))
-        own = blur[lines.camera, lines.edge]
-        steps = np.zeros((len(lines), 2, self._views))
-        steps[row, :, lines.camera] = -(_STEP_PART * own * polarity)[:, None]
-        edges = np.zeros((len(lines), 2, len(self._model)))
-        edges[row, :, lines.edge] = -np.hypot(_EDGE_SIGMA_PX, _EDGE_PART * blur_excess(own))[:, None]
-        moved = np.zeros((len(lines), 2, 0)) if shutter is None else shutter.by_motion(T_world_target, lines)
-        derivative = np.concatenate([self.derivative(T_world_target, lines), steps, edges, moved], axis=2)
-        return self._systematics(derivative, learned)
+    def errors(self, learned: Learned, rig: Rig) -> Errors:
+        """As the core takes them, of frames of this rig."""
+        motion = learned.motion
+        return Errors(
+            effect=None if self._effect is None else self._effect.by_line,
+            scales=learned.scales,
+            information=learned.information,
+            vector=learned.vector,
+            motion=None if motion is None else RowMotion(row_seconds(rig), motion.velocity, motion.covariance),
+        )
 
     def of_coarse_lines(self, T_world_target: FloatArray, lines: LineMeasurements, learned: Learned) -> Systematics:
         """The lasting parameters of lines near a pose (4, 4), the calibration as far off as it can be: lines tell it at
         once, while the edges are not measured where it is not followed.  Raises PoseError as `systematics`."""
-        stated = self._systematics(self.derivative(T_world_target, lines), learned)
+        stated = self.systematics(self.derivative(T_world_target, lines), learned)
         scales = stated.scales.copy()
         scales[CALIBRATION] = _LARGEST[CALIBRATION]
         return attrs.evolve(stated, scales=scales)
 
-    def _systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
+    def systematics(self, derivative: FloatArray, learned: Learned) -> Systematics:
+        """Of lines with these derivatives (n, 2, p) by the lasting parameters, or by all of a frame."""
         sizes = self._sizes(derivative.shape[2])
         groups = tuple(map(Group, sizes, _WEIGHTS, _LARGEST, _DOUBTFUL))
         information = np.zeros((derivative.shape[2],) * 2)
@@ -180,7 +164,7 @@ class Knowledge:
 
     def expected(self, learned: Learned) -> FloatArray:
         """The lasting parameters (p,) as the frames so far tell them."""
-        return self._systematics(np.zeros((0, 2, self.lasting)), learned).mean
+        return self.systematics(np.zeros((0, 2, self.lasting)), learned).mean
 
     def edge_offsets(self, T_world_target: FloatArray, z: FloatArray) -> FloatArray:
         """How far (cameras, edges, 2), px, the ends of the edges are seen beside their projections, towards the normal
@@ -243,44 +227,6 @@ class Knowledge:
             calibration_distance=_distance(z[points:], covariance[points:, points:]),
             target_distance=_distance(z[:points], covariance[:points, :points]),
             frames=learned.frames,
-        )
-
-    def common_covariance(self, pose: RefinedPose) -> FloatArray:
-        """(6, 6) by what errs in all points alike, as where their lengths were measured from one end: no line shows
-        it."""
-        covariance = np.zeros((6, 6))
-        if len(self._point_sigma) > 0:
-            variance = float(np.mean(self._point_sigma**2)) * pose.scales[TARGET] ** 2
-            covariance[:3, :3] = _COMMON_PART**2 * variance * np.eye(3)
-        return covariance
-
-    def own_covariance(self, pose: RefinedPose, systematics: Systematics) -> FloatArray:
-        """(6, 6) of a refined pose by what is this frame's own, and by what it changed of the lasting parameters."""
-        lasting = slice(6, 6 + self.lasting)
-        free = np.ones(6 + len(pose.z), np.bool_)
-        free[lasting] = False
-        information = pose.told.information.copy()
-        information[6:, 6:] += systematics.prior_information
-        own = np.linalg.inv(information[np.ix_(free, free)])
-        by_lasting = -(own @ information[np.ix_(free, ~free)])[:6]
-        prior = np.linalg.inv(systematics.prior_information[: self.lasting, : self.lasting])
-        # A variance of unit weight above one widens what is left, not what was known.
-        gained, directions = np.linalg.eigh(prior - pose.joint_covariance[lasting, lasting])
-        change = (directions * np.maximum(gained, 0.0)) @ directions.T
-        covariance = own[:6, :6] + by_lasting @ change @ by_lasting.T
-        symmetric: FloatArray = 0.5 * (covariance + covariance.T)
-        return symmetric
-
-    def taught(self, learned: Learned, pose: RefinedPose) -> Learned:
-        """With what a refined pose's lines add."""
-        lasting: BoolArray = np.arange(len(pose.z)) < self.lasting
-        scales = np.repeat(pose.scales, self._sizes(len(pose.z)))
-        information, vector = pose.told.of_parameters(lasting, 1.0 / scales**2)
-        return Learned(
-            _KEPT * learned.information + information,
-            _KEPT * learned.vector + vector,
-            pose.scales,
-            learned.frames + 1,
         )
 
 

@@ -15,7 +15,7 @@ def edge_residuals(measurement: Measurement, model: EdgeModel, reduction: int) -
     reduction: by which the measured images were reduced.
     """
     lines = measurement.lines
-    agreed = measurement.sampled.count(measurement.inlier)
+    agreed = measurement.agreed
     # Of edges that were not measured, zero.
     ends = np.zeros((*agreed.shape, 2))
     ends[lines.camera, lines.edge] = reduction * measurement.pose.residuals

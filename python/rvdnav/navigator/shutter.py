@@ -11,8 +11,7 @@ import numpy as np
 
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import edge_normals, project_edges, rectified_cameras
-from rvdnav.navigator.sampling import SampledEdges
-from rvdnav.pose import FilterState, LineMeasurements, line_residuals, perturb
+from rvdnav.pose import FilterState, perturb
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
 
@@ -37,6 +36,12 @@ class Motion:
         return cls(state.velocity, state.covariance[6:, 6:])
 
 
+def row_seconds(rig: Rig) -> float:
+    """From the exposure of an image's row to that of the next one, s."""
+    # A field's rows are the even or the odd ones of the image.
+    return 1e-9 * rig.line_delay_ns * (1.0 if rig.scan == "progressive" else 0.5)
+
+
 class RollingShutter:
     """A rig's shutter while a target moves."""
 
@@ -45,8 +50,7 @@ class RollingShutter:
         self._model = model
         self._motion = motion
         self._cameras = rectified_cameras(rig)
-        # A field's rows are the even or the odd ones of the image.
-        self._row_seconds = 1e-9 * rig.line_delay_ns * (1.0 if rig.scan == "progressive" else 0.5)
+        self._row_seconds = row_seconds(rig)
 
     def edge_offsets(self, T_world_target: FloatArray) -> FloatArray:
         """How far (cameras, edges, 2), px, the ends of the edges are seen from where they were at the stamp, towards
@@ -56,30 +60,6 @@ class RollingShutter:
             xy, rate = self._rates(camera, T_world_target)
             offsets[camera] = rate * self._delays(camera, xy)
         return offsets
-
-    def at_stamp(self, sampled: SampledEdges, T_world_target: FloatArray) -> SampledEdges:
-        """The samples where their steps were at the stamp, near a pose (4, 4)."""
-        q = sampled.q.copy()
-        for camera in np.unique(sampled.camera):
-            own = sampled.camera == camera
-            edge = sampled.edge[own]
-            xy, rate = self._rates(int(camera), T_world_target)
-            start, span = xy[edge, 0], xy[edge, 1] - xy[edge, 0]
-            part = np.einsum("ni,ni->n", q[own] - start, span) / np.einsum("ni,ni->n", span, span)
-            speed = rate[edge, 0] + part * (rate[edge, 1] - rate[edge, 0])
-            q[own] -= (speed * self._delays(int(camera), q[own]))[:, None] * sampled.n[own]
-        return attrs.evolve(sampled, q=q)
-
-    def by_motion(self, T_world_target: FloatArray, lines: LineMeasurements) -> FloatArray:
-        """(n, 2, 6), px: of the lines' residuals with respect to the velocity, in its standard deviations."""
-        _, by_pose = line_residuals(T_world_target, lines, self._cameras)
-        delays = np.zeros((len(lines), 2))
-        for camera in np.unique(lines.camera):
-            own = lines.camera == camera
-            xy, _ = project_edges(self._cameras, int(camera), T_world_target, lines.endpoints_C[own])
-            delays[own] = self._delays(int(camera), xy)
-        derivative: FloatArray = (by_pose * delays[:, :, None]) @ np.linalg.cholesky(self._motion.covariance)
-        return derivative
 
     def _rates(self, camera: int, T: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The edges' ends (m, 2, 2), px, and their speeds (m, 2) across the edge, px/s."""

@@ -208,7 +208,7 @@ class SizingSurveyor:
         T, shape = candidate.T_world_target, candidate.shape
         unknown = np.zeros((len(images), len(EDGE_NAMES)), np.int64)
         for _ in range(_MAX_ROUNDS):
-            model = edge_model(self._target.resized(shape))
+            model = edge_model(self._target.resized(shape)).exact
             measurement = measure(self._blind, self._rig, model, self._knowledge, learned, images, T, unknown)
             sizes = self._sizes_of(measurement, shape.sizes)
             if sizes is None or measurement.total_coverage < self._settings.min_coverage:

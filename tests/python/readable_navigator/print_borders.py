@@ -7,16 +7,15 @@ all along an edge and within reach of its profiles, the wrong step may have been
 from __future__ import annotations
 
 import numpy as np
-
 from rvdnav.core import Core
-from rvdnav.core.pose import fit_edge_lines
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import rectified_cameras
-from rvdnav.navigator.sampling import SampledEdges, sample_edges
 from rvdnav.navigator.views import Images
-from rvdnav.pose import EdgeLines, LineMeasurements, line_residuals
+from rvdnav.pose import EdgeLines, LineMeasurements, fit_edge_lines, line_residuals
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.rig import Rig
+
+from readable_navigator.sampling import SampledEdges, sample_edges
 
 _HALF_WIDTH_PX = 3.5
 # Of the profiles that must show the step back, and how straight, px.

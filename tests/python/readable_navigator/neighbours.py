@@ -7,7 +7,6 @@ the near one.  Which of them the grey values show there, no geometry tells.
 from __future__ import annotations
 
 import numpy as np
-
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import project_edges
 from rvdnav.pose import RectifiedCameras

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-
 from rvdnav.bracket import Bracket
 from rvdnav.core import Core
-from rvdnav.core.pose import fit_edge_lines
 from rvdnav.navigator.edge_model import EdgeModel
 from rvdnav.navigator.geometry import line_of, project_edges, rectified_cameras
-from rvdnav.navigator.sampling import sample_edges
 from rvdnav.navigator.sides import side_separation
 from rvdnav.navigator.views import Images
-from rvdnav.pose import LineMeasurements, line_residuals
+from rvdnav.pose import LineMeasurements, fit_edge_lines, line_residuals
 from rvdnav.pose.arrays import BoolArray, FloatArray
 from rvdnav.rig import Rig
+
+from readable_navigator.sampling import sample_edges
 
 # A back edge nearer to the front edge than this cannot be told from it, px.
 _MIN_SEPARATION_PX = 2.0
