@@ -2,8 +2,9 @@
 
 instructions.py SEQUENCE [--keep PAGE | --compare PAGE]
 
-SEQUENCE: as examples/embedded/pack.py makes it.  Prints a table of the mean over its frames, in thousands.  --keep puts
-it into a page of the documents in place of the one there; --compare fails where a stage takes over a tenth more than
+SEQUENCE: as examples/embedded/pack.py makes it.  Prints a table in thousands: the search's stages are the mean over
+the frames that are searched, the measurement's over those that are not, since they were predicted.  --keep puts it
+into a page of the documents in place of the one there; --compare fails where a stage takes over a tenth more than
 there.  The counts are the same in every run; another compiler gives others.
 """
 
@@ -14,6 +15,7 @@ import re
 import subprocess
 import tempfile
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,32 +29,38 @@ TOLERANCE = 1.10
 LEAST = 20  # thousands; what takes less is not compared
 
 # Where a stage begins: it lasts until the next mark is passed.
-BETWEEN = "between the stages"
-OUTSIDE = None  # input and output, which belong to the board
-STAGES: dict[str, str | None] = {
-    "sequence_read": OUTSIDE,
-    "hash": OUTSIDE,
+OUTSIDE = ""  # input and output, which belong to the board
+BETWEEN = "search: between these"
+SEARCH = {
+    "rvdnav::smooth": "search: smooth",
+    "rvdnav::detect_edges": "search: edges",
+    "rvdnav::filter_edges": "search: edges",
+    "rvdnav::thin": "search: thin",
+    "rvdnav::rectify_gradients": "search: rectify",
+    "rvdnav::hough_vote": "search: Hough votes",
+    "rvdnav::hough_peaks": "search: Hough peaks",
+    "rvdnav::extract_segments": "search: segments",
+    "rvdnav::find_bars": "search: bars",
+    "rvdnav::propose_brackets": "search: brackets proposed",
+    "rvdnav::acquire_bracket": "search: bracket chosen",
+    "rvdnav::hough_track": "search: lines refitted",
+    "rvdnav::refit_line": "search: lines refitted",
+    "rvdnav::correlate_rows": "search: correlation",
+    "rvdnav::triangulate": "search: triangulation",
     "rvdnav_view": BETWEEN,
     "rvdnav_join": BETWEEN,
-    "rvdnav::smooth": "smooth",
-    "rvdnav::detect_edges": "edges",
-    "rvdnav::filter_edges": "edges",
-    "rvdnav::thin": "thin",
-    "rvdnav::rectify_gradients": "rectify",
-    "rvdnav::hough_vote": "Hough votes",
-    "rvdnav::hough_peaks": "Hough peaks",
-    "rvdnav::extract_segments": "segments",
-    "rvdnav::find_bars": "bars",
-    "rvdnav::propose_brackets": "bracket proposed",
-    "rvdnav::acquire_bracket": "bracket chosen",
-    "rvdnav::hough_track": "lines refitted",
-    "rvdnav::refit_line": "lines refitted",
-    "rvdnav::correlate_rows": "correlation",
-    "rvdnav::triangulate": "triangulation",
 }
-TOTAL = "a stereo frame"
+MEASUREMENT = {
+    "rvdnav::sample_edges": "measurement: edges sampled",
+    "rvdnav::fit_edge_lines": "measurement: lines fitted",
+    "rvdnav::refine_pose": "measurement: pose refined",
+    "rvdnav::gather_evidence": "measurement: evidence",
+    "rvdnav_measure": "measurement: between these",
+}
+STAGES = {"sequence_read": OUTSIDE, "put": OUTSIDE, "hash": OUTSIDE} | SEARCH | MEASUREMENT
+SEARCHED, PREDICTED = "a stereo frame searched", "a stereo frame predicted"
 
-Column = dict[str, float]
+Column = dict[str, float]  # thousands of instructions a frame, by stage
 
 
 def build_plugin(folder: Path) -> Path:
@@ -74,7 +82,7 @@ def marks(program: Path) -> str:
 
 
 def count(preset: str, sequence: Path, plugin: Path) -> Column:
-    """Thousands of instructions a frame, by stage."""
+    """What the flight program of a preset takes."""
     program = ROOT / "build" / preset / "examples" / "embedded" / "flight"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -83,22 +91,35 @@ def count(preset: str, sequence: Path, plugin: Path) -> Column:
         command = [str(ROOT / "scripts" / "emulate"), preset, "flight", str(sequence)]
         subprocess.run(command, check=True, env=os.environ | {"EMULATE_PLUGIN": options}, stdout=subprocess.DEVNULL)
         passed = [line.split() for line in (folder / "passed").read_text().splitlines()]
-    total: Counter[str] = Counter()
+    return column(passed)
+
+
+def column(passed: list[list[str]]) -> Column:
+    """From the marks in the order that they were passed in, and how many instructions had run before each."""
+    frames: list[Counter[str]] = []
     for (mark, start), (_, end) in itertools.pairwise(passed):
-        stage = STAGES[mark]
-        if stage is not OUTSIDE:
-            total[stage] += int(end) - int(start)
-    frames = sum(mark == "sequence_read" for mark, _ in passed)
-    order = [stage for stage in dict.fromkeys(STAGES.values()) if stage is not OUTSIDE]
-    column = {stage: total[stage] / frames / 1e3 for stage in [*order[1:], BETWEEN]}
-    return column | {TOTAL: sum(column.values())}
+        if mark == "sequence_read":
+            frames.append(Counter())
+        if frames and STAGES[mark] != OUTSIDE:
+            frames[-1][STAGES[mark]] += int(end) - int(start)
+    searched = [frame for frame in frames if BETWEEN in frame]
+    predicted = [frame for frame in frames if BETWEEN not in frame]
+
+    def mean(kind: list[Counter[str]], stages: Iterable[str]) -> float:
+        return sum(frame[stage] for frame in kind for stage in stages) / len(kind) / 1e3
+
+    search, measurement = dict.fromkeys(SEARCH.values()), dict.fromkeys(MEASUREMENT.values())
+    rows = {stage: mean(searched, [stage]) for stage in search}
+    rows |= {stage: mean(predicted, [stage]) for stage in measurement}
+    everything = [*search, *measurement]
+    return rows | {SEARCHED: mean(searched, everything), PREDICTED: mean(predicted, everything)}
 
 
 def as_table(columns: dict[str, Column]) -> str:
     """Markdown."""
     rows = [["thousands of instructions", *columns], ["---", *("--:" for _ in columns)]]
     for stage in next(iter(columns.values())):
-        rows.append([stage, *(f"{column[stage]:,.0f}" for column in columns.values())])
+        rows.append([stage, *(f"{counts[stage]:,.0f}" for counts in columns.values())])
     return "".join("| " + " | ".join(row) + " |\n" for row in rows)
 
 
@@ -117,8 +138,8 @@ def read_table(table: str) -> dict[str, Column]:
 def grown(before: dict[str, Column], after: dict[str, Column]) -> list[str]:
     """A line for each stage that takes over a tenth more, or is not in the table."""
     lines = []
-    for processor, column in after.items():
-        for stage, thousands in column.items():
+    for processor, counts in after.items():
+        for stage, thousands in counts.items():
             kept = before.get(processor, {}).get(stage, 0.0)
             if thousands > max(TOLERANCE * kept, LEAST):
                 lines.append(f"{processor}, {stage}: {kept:,.0f} -> {thousands:,.0f} thousand instructions")

@@ -19,7 +19,7 @@ void sequence_open(const char* path, Sequence* sequence) {
   read(header, sizeof header);
   if (memcmp(magic, "rvdnavsq", sizeof magic) != 0 || header[0] != RVDNAV_ABI_VERSION) fail(path, "no such sequence");
   if (header[2] != sizeof sequence->rig || header[3] != sizeof sequence->target ||
-      header[4] != offsetof(rvdnav_config, clock)) {
+      header[4] != offsetof(rvdnav_config, clock) || header[5] != sizeof sequence->cameras) {
     fail(path, "its structures are others");
   }
   memset(sequence, 0, sizeof *sequence);
@@ -27,6 +27,8 @@ void sequence_open(const char* path, Sequence* sequence) {
   read(&sequence->rig, sizeof sequence->rig);
   read(&sequence->target, sizeof sequence->target);
   read(&sequence->config, offsetof(rvdnav_config, clock));
+  read(&sequence->cameras, sizeof sequence->cameras);
+  read(&sequence->edges, sizeof sequence->edges);
   sequence->config.struct_size = sizeof sequence->config; /* pointers are of another size elsewhere */
   for (int32_t camera = 0; camera < sequence->rig.camera_count; ++camera) {
     sequence->pixels[camera] = pool_take((size_t)sequence->rig.width * (size_t)sequence->rig.height);
