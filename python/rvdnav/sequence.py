@@ -10,8 +10,8 @@ import attrs
 
 from rvdnav.errors import InputError
 from rvdnav.images import Image, ImageError
-from rvdnav.recording import Entry, Moment, check_images, list_images, missing, pair, single
-from rvdnav.rig import Rig, load_rig
+from rvdnav.recording import Entry, Moment, Recording, check_images, missing, pair, read_recording, single
+from rvdnav.rig import CAMCHAIN, RIG, Rig, load_rig, place_rig
 from rvdnav.target import Target, load_target
 from rvdnav.trajectory import Truth, read_tum, write_tum
 
@@ -19,6 +19,7 @@ __all__ = ["Frame", "Image", "Sequence", "Truth", "open_sequence", "read_tum", "
 
 CAMERAS = ("cam0", "cam1")
 """Folders of the left and of the right camera."""
+TARGET = "target.yaml"
 PAIRING_TOLERANCE_NS = 1_000_000
 
 
@@ -87,30 +88,32 @@ class Sequence:
         return Image(raster.grey8, entry.timestamp_ns)
 
 
-def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLERANCE_NS) -> Sequence:
-    """Open a sequence folder in the EuRoC/ASL layout.
+def open_sequence(
+    path: str | Path,
+    *,
+    pairing_tolerance_ns: int = PAIRING_TOLERANCE_NS,
+    rate_hz: float | None = None,
+    rig: str | Path | None = None,
+    target: str | Path | None = None,
+) -> Sequence:
+    """Open a recorded sequence: a folder in one of the layouts of docs/sequences.md.
 
-    It holds `cam0/data/<ns>.png` and the same for cam1 (either camera may be absent), each with `data.csv` or else
-    taken by file name, or videos in their place (`cam0.mp4`, see `video.FORMATS`), whose stamps count from their
-    beginning; `camchain.yaml`, `rig.yaml` (optional), `target.yaml`, and `groundtruth.tum` (optional).  A left and a
-    right image are a pair when they are each other's nearest in time and within the tolerance, ns.
+    A left and a right image are a pair when they are each other's nearest in time and within the tolerance, ns.
+    rate_hz: the frame rate of pictures whose names count them, in place of times.  rig, target: the rig's folder (or
+    its `camchain.yaml`) and the target's file, where they are not `camchain.yaml` and `target.yaml` of the folder.
 
     Raises InputError naming the file when the folder is missing or empty, a file is malformed, or an image has not the
     size of the calibration.  An image that is missing, damaged or unpaired is no error but a notice.
     """
-    folder = Path(path)
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder}: {'not a folder' if os.path.exists(folder) else 'no such folder'}")
     notices: list[str] = []
-    recorded = [list_images(folder / name, notices) for name in CAMERAS]
-    if not any(recorded):
-        raise InputError(f"{folder}: not a sequence: holds neither cam0 nor cam1")
-    rig = load_rig(folder, notices)
-    target = load_target(folder / "target.yaml")
+    recording = read_recording(Path(path), rate_hz, notices)
+    folder = recording.folder
+    cameras = _load_rig(recording, None if rig is None else Path(rig), notices)
+    known_target = load_target(folder / TARGET if target is None else Path(target))
     truth_path = folder / "groundtruth.tum"
     truth = read_tum(truth_path) if os.path.lexists(truth_path) else None
-    left, right = (check_images(entries, rig, notices) for entries in recorded)
-    if right and not rig.is_stereo:
+    left, right = (check_images(entries, cameras, notices) for entries in (recording.left, recording.right))
+    if right and not cameras.is_stereo:
         raise InputError(f"{folder / 'camchain.yaml'}: cam1 is missing, but there are images of it")
     if not any(entry.readable for entry in left + right):
         raise InputError(f"{folder}: none of the images can be read: {notices[0]}")
@@ -118,6 +121,16 @@ def open_sequence(path: str | Path, *, pairing_tolerance_ns: int = PAIRING_TOLER
         moments = pair(left, right, pairing_tolerance_ns, notices)
     else:
         moments = single(left, right)
-        if rig.is_stereo:
+        if cameras.is_stereo:
             notices.append(f"there is no {CAMERAS[1] if left else CAMERAS[0]}: every frame has one image")
-    return Sequence(folder, rig, target, truth, moments, notices)
+    return Sequence(Path(path), cameras, known_target, truth, moments, notices)
+
+
+def _load_rig(recording: Recording, elsewhere: Path | None, notices: list[str]) -> Rig:
+    if elsewhere is not None:
+        if not os.path.isdir(elsewhere) and elsewhere.name not in (CAMCHAIN, RIG):
+            raise InputError(f"{elsewhere}: neither a folder nor a {CAMCHAIN}")
+        return load_rig(elsewhere if os.path.isdir(elsewhere) else elsewhere.parent, notices)
+    if recording.chain is None or os.path.lexists(recording.folder / CAMCHAIN):
+        return load_rig(recording.folder, notices)
+    return place_rig(recording.chain(), recording.folder, notices)

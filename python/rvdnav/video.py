@@ -21,7 +21,7 @@ import numpy as np
 from rvdnav.errors import InputError
 from rvdnav.extras import needs_extra
 from rvdnav.files import reading
-from rvdnav.images import ImageError, PixelArray
+from rvdnav.images import ImageError, PixelArray, Raster
 
 FORMATS = {".mp4": "mov", ".mov": "mov", ".mkv": "matroska", ".webm": "matroska", ".avi": "avi"}
 """By the end of a file's name, the container that it is read as: kinds that cannot name other files to be read."""
@@ -42,8 +42,16 @@ class Video:
     stamps_ns: tuple[int, ...]
     _decoder: _Decoder = attrs.field(repr=False)
 
+    def size(self, timestamp_ns: int) -> tuple[int, int]:
+        """Width and height of that frame, px: those of all."""
+        return self.width, self.height
+
+    def read(self, timestamp_ns: int) -> Raster:
+        """The frame with this stamp; raises ImageError when it cannot be decoded."""
+        return Raster(self.frame(timestamp_ns))
+
     def frame(self, stamp_ns: int) -> PixelArray:
-        """The grey levels (height, width) of the frame with this stamp; raises ImageError when it cannot be decoded."""
+        """Its grey levels (height, width)."""
         self._decoder.ask(stamp_ns)
         if self._decoder.read(1) != b"\1":
             raise ImageError("cannot be decoded")

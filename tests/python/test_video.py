@@ -80,8 +80,8 @@ def test_a_decoder_that_dies_costs_its_frames(tmp_path: Path) -> None:
     assert sequence[0].left is not None
     moment = sequence._moments[0].left
     assert moment is not None
-    assert moment.video is not None
-    moment.video._decoder._process.kill()
+    assert moment.container is not None
+    moment.container._decoder._process.kill()
     assert sequence[1].left is None
     assert sequence[2].left is None
     assert any("cam0.mp4 at 0.040 s cannot be decoded" in notice for notice in sequence.notices)

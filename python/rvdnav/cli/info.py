@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from rvdnav.cli.options import Source
 from rvdnav.cli.tables import size_text
 from rvdnav.cli.terminal import console, print_notes
 from rvdnav.errors import InputError
 from rvdnav.navigator.settings import NavigatorSettings
+from rvdnav.recording import is_recording
 from rvdnav.rig import CAMCHAIN, RIG, Rig, load_rig
 from rvdnav.sequence import Sequence, open_sequence
 from rvdnav.summary import calibration_knowledge, points_knowledge
@@ -19,8 +21,8 @@ from rvdnav.target import Target, load_target
 from rvdnav.yamlio import read_yaml
 
 
-def info(path: Path) -> int:
-    """Tell what is at ``path``: the folder of a sequence or of a rig, or one of their files.  Raises InputError."""
+def info(path: Path, source: Source) -> int:
+    """Tell what is at ``path``: a sequence, the folder of a rig, or one of their files.  Raises InputError."""
     notices: list[str] = []
     if not os.path.isdir(path):
         if not os.path.exists(path):
@@ -31,8 +33,8 @@ def info(path: Path) -> int:
             _print_target(load_target(path))
         else:
             raise InputError(f"{path}: neither a {CAMCHAIN}, a {RIG} nor a target")
-    elif any(os.path.lexists(path / name) for name in ("cam0", "cam1")):
-        notices += _print_sequence(open_sequence(path))
+    elif is_recording(path) or any(value is not None for value in source.values()):
+        notices += _print_sequence(open_sequence(path, **source))
     else:
         _print_rig(load_rig(path, notices))
         if os.path.lexists(path / "target.yaml"):

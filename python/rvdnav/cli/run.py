@@ -10,6 +10,8 @@ from typing import Any
 from rvdnav import Navigator, __version__, open_sequence
 from rvdnav.blackbox import Recorder
 from rvdnav.cli.blackboxes import BLACK_BOXES, black_boxes
+from rvdnav.cli.options import Source
+from rvdnav.cli.source import other_files, source_words
 from rvdnav.cli.tables import print_responses, print_summary
 from rvdnav.cli.terminal import console, print_note, print_notes, progress_bars
 from rvdnav.core import Core
@@ -37,23 +39,26 @@ def run(
     initial_pose: str | None = None,
     smoothed: bool = False,
     *,
+    source: Source | None = None,
     options: NavigatorOptions | None = None,
     least_published: float | None = None,
     json_path: Path | None = None,
 ) -> int:
     """Process the sequence at ``path`` into ``out``, with the faults that `parse_fault` understands.
 
+    source: what the recording doesn't say itself.
     initial_pose: T_world_target at the first frame as "tx ty tz qx qy qz qw".
     smoothed: write the filtered poses as well.  json_path: where to write the summary as well.
 
     Returns 0 if that many per cent of the frames were published, any at all by default, else 1.  Raises InputError.
     """
     settings: NavigatorOptions = {} if options is None else options
+    source = Source() if source is None else source
     given: dict[str, Any] = dict(settings)
     if initial_pose is not None:
         given["initial_pose"] = parse_pose(initial_pose)
     injected = [parse_fault(fault) for fault in faults]
-    sequence = FaultySequence(open_sequence(path), injected)
+    sequence = FaultySequence(open_sequence(path, **source), injected)
     if not len(sequence):
         raise InputError(f"{path}: holds no frames")
     with staged_directory(out) as staging:
@@ -85,7 +90,9 @@ def run(
             pictures=_pictures(sequence, target, solutions, evaluation),
             black_boxes=boxes,
             facts=[
-                *provenance(_command(path, faults, initial_pose, smoothed, settings), path),
+                *provenance(
+                    _command(path, faults, initial_pose, smoothed, settings, source), path, other_files(source)
+                ),
                 ("target", f"{target.name}: {points_knowledge(target)}"),
                 ("rig", calibration_knowledge(sequence.rig)),
             ],
@@ -141,10 +148,15 @@ def _evaluation(sequence: Sequence, solutions: list[Solution]) -> Evaluation | N
 
 
 def _command(
-    path: Path, faults: list[str], initial_pose: str | None, smoothed: bool, settings: NavigatorOptions
+    path: Path,
+    faults: list[str],
+    initial_pose: str | None,
+    smoothed: bool,
+    settings: NavigatorOptions,
+    source: Source,
 ) -> list[str]:
     """The words of a command that gives the same results, wherever they are put."""
-    words = ["run", path.resolve().name]
+    words = ["run", path.resolve().name, *source_words(source)]
     words += [word for fault in faults for word in ("--fault", fault)]
     words += [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
     words += [] if initial_pose is None else ["--initial-pose", initial_pose]

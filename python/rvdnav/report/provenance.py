@@ -8,14 +8,20 @@ from pathlib import Path
 
 from rvdnav import __version__
 
-_FILES = ("camchain.yaml", "rig.yaml", "target.yaml", "groundtruth.tum", "cam0/data.csv", "cam1/data.csv")
+_CAMERA_FILES = tuple(
+    f"{base}cam{n}/{name}" for base in ("", "mav0/") for n in (0, 1) for name in ("data.csv", "sensor.yaml")
+)
+_FILES = ("camchain.yaml", "rig.yaml", "target.yaml", "groundtruth.tum", *_CAMERA_FILES)
 
 
-def provenance(command: Iterable[str], folder: Path) -> list[tuple[str, str]]:
-    """Names and values: the version, the command's words, and the SHA-256 of a sequence's files other than images."""
+def provenance(command: Iterable[str], folder: Path, others: Iterable[Path] = ()) -> list[tuple[str, str]]:
+    """Names and values: the version, the command's words, and the SHA-256 of a sequence's files other than images.
+
+    others: files that the command names besides those in the sequence's folder.
+    """
     facts = [("rvdnav", __version__), ("command", " ".join(["rvdnav", *map(_word, command)]))]
-    for name in _FILES:
-        path = folder / name
+    files = [(name, folder / name) for name in _FILES] + [(path.name, path) for path in others]
+    for name, path in files:
         if path.is_file():
             facts.append((name, f"SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}"))
     return facts

@@ -16,8 +16,9 @@ from rvdnav.errors import InputError, one_line
 from rvdnav.files import write_text_atomically
 from rvdnav.pose.arrays import FloatArray
 from rvdnav.pose.so3 import inverse_T
+from rvdnav.rig.chain import CameraChain, check_side, within_reach
 from rvdnav.rig.covariance import calibration_parameters
-from rvdnav.rig.rig import AGREEMENT, Rig, world_from_camchain
+from rvdnav.rig.rig import AGREEMENT, Rig
 from rvdnav.rig.timing import LONGEST_NS, SCANS
 from rvdnav.yamlio import Section, read_yaml
 
@@ -29,10 +30,6 @@ _EXACT = "exact"
 _CAMERA_KEYS = ("camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1")
 _OTHERS_KEYS = ("rostopic", "cam_overlaps", "T_cam_imu", "T_imu_cam", "timeshift_cam_imu", "line_delay")
 """What Kalibr and those who read its files write besides; no concern of ours."""
-# What the core takes: sides of an image; rectified pixels from the principal point, and from where they were.  px
-_SIDE = (16, 4096)
-_REACH = 8191.0
-_SHIFT = 4095.0
 _DURATIONS = ("exposure_ns", "line_delay_ns", "field_delay_ns")
 
 
@@ -44,7 +41,31 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     Raises InputError naming the file when it is missing or malformed, holds a model other than ours, no usable rig,
     or a key that looks mistyped, or when the two files disagree by more than 1e-6.
     """
-    chain = read_yaml(Path(folder) / CAMCHAIN)
+    notices = [] if notices is None else notices
+    return place_rig(_read_camchain(Path(folder) / CAMCHAIN, notices), folder, notices)
+
+
+def place_rig(chain: CameraChain, folder: str | Path, notices: list[str]) -> Rig:
+    """The rig of calibrated cameras as `rig.yaml` of a folder places it, or as `load_rig` does without that file.
+
+    Raises InputError naming the file that is at fault.
+    """
+    notices += chain.folds()
+    rig = chain.rig
+    if not os.path.lexists(Path(folder) / RIG):
+        return within_reach(chain.path, rig)
+    names = [f"cam{index}" for index in range(len(chain.cameras))]
+    placed = read_yaml(Path(folder) / RIG)
+    placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE, "scan", *_DURATIONS)
+    T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
+    if rig.is_stereo:
+        _check_agreement(placed.path, chain.path.name, T_world_cam, rig.T_world_cam)
+    rig = within_reach(placed.path, Rig(chain.cameras, T_world_cam))
+    return _with_timing(_with_covariance(rig, placed), placed)
+
+
+def _read_camchain(path: Path, notices: list[str]) -> CameraChain:
+    chain = read_yaml(path)
     if len([key for key in chain if re.fullmatch("cam[0-9]+", key)]) > 2:
         raise InputError(f"{chain.path}: more than two cameras")
     unknown = chain.others("cam0", "cam1", likeness=0.7)  # short names, of which none is like another
@@ -52,65 +73,26 @@ def load_rig(folder: str | Path, notices: list[str] | None = None) -> Rig:
     for name in names:
         section = chain.section(name)
         unknown += [f"{name}.{key}" for key in section.others(*_CAMERA_KEYS, *_OTHERS_KEYS)]
-    if notices is not None:
-        notices += [f"{CAMCHAIN}: {key} is not known and not read" for key in map(one_line, unknown)]
-    cameras = [_read_camera(chain.section(name)) for name in names]
-    if notices is not None:
-        notices += [
-            f"{CAMCHAIN}: {name}: the distortion folds back in the image: about {camera.pixels_without_ray} of its "
-            "pixels have no ray, and nothing is measured there"
-            for name, camera in zip(names, cameras, strict=True)
-            if camera.pixels_without_ray
-        ]
-    derived: tuple[FloatArray, ...] = (np.eye(4),)
-    if len(cameras) == 2:
-        T_cam1_cam0 = _read_transform(chain.section("cam1"), "T_cn_cnm1")
-        try:
-            derived = world_from_camchain(T_cam1_cam0)
-            Rig(cameras, derived)
-        except ValueError as error:
-            raise InputError(f"{chain.path}: {error}") from error
-    if not os.path.lexists(chain.path.parent / RIG):
-        return _within_reach(chain.path, Rig(cameras, derived))
-    placed = read_yaml(chain.path.parent / RIG)
-    placed.only("T_world_cam0", "T_world_cam1", _COVARIANCE, "scan", *_DURATIONS)
-    T_world_cam = [_read_transform(placed, f"T_world_{name}") for name in names]
-    if len(cameras) == 2:
-        _check_agreement(placed.path, T_world_cam, derived)
-    rig = _within_reach(placed.path, Rig(cameras, T_world_cam))
-    return _with_timing(_with_covariance(rig, placed), placed)
+    notices += [f"{CAMCHAIN}: {key} is not known and not read" for key in map(one_line, unknown)]
+    cameras = tuple(_read_camera(chain.section(name)) for name in names)
+    stereo = len(cameras) == 2
+    return CameraChain(path, cameras, _read_transform(chain.section("cam1"), "T_cn_cnm1") if stereo else None)
 
 
 def _read_camera(section: Section) -> CameraModel:
     for key, ours in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
         if section.text(key) != ours:
             raise section.fault(key, f"{section.text(key)!r} is not supported, only {ours!r}")
-    width, height = section.numbers("resolution", 2)
-    if width != int(width) or height != int(height):
-        raise section.fault("resolution", "is not two whole numbers")
-    if not all(_SIDE[0] <= side <= _SIDE[1] for side in (width, height)):
-        raise section.fault("resolution", f"is {width:g} x {height:g}: a side has {_SIDE[0]} to {_SIDE[1]} px")
+    try:
+        width, height = check_side(*section.numbers("resolution", 2).tolist())
+    except ValueError as error:
+        raise section.fault("resolution", str(error)) from error
     fx, fy, cx, cy = section.numbers("intrinsics", 4).tolist()
     distortion = section.numbers("distortion_coeffs", 4)
     try:
-        return CameraModel(int(width), int(height), fx, fy, cx, cy, distortion)
+        return CameraModel(width, height, fx, fy, cx, cy, distortion)
     except ValueError as error:
         raise InputError(f"{section.path}: {section.prefix[:-1]}: {error}") from error
-
-
-def _within_reach(path: Path, rig: Rig) -> Rig:
-    """The rig, if the core can rectify its images."""
-    middle = 0.5 * np.array([rig.width - 1, rig.height - 1])
-    corners = middle * (1.0 + np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]))
-    for index in range(len(rig.cameras)):
-        rectified = rig.raw_to_rect(index, corners)
-        for far, most in ((np.hypot(*rectified.T), _REACH), (np.abs(rectified - (corners - middle)), _SHIFT)):
-            if (far > most).any():
-                raise InputError(
-                    f"{path}: cam{index}: rectification takes a corner of the image {np.nanmax(far):.0f} px away, "
-                    f"more than {most:g}: it looks too far aside or its distortion is too strong"
-                )
-    return rig
 
 
 def _read_transform(section: Section, key: str) -> FloatArray:
@@ -155,13 +137,13 @@ def _with_timing(rig: Rig, placed: Section) -> Rig:
         raise InputError(f"{placed.path}: {error}") from error
 
 
-def _check_agreement(path: Path, given: list[FloatArray], derived: tuple[FloatArray, ...]) -> None:
+def _check_agreement(path: Path, other: str, given: list[FloatArray], derived: tuple[FloatArray, ...]) -> None:
     relative = np.abs(inverse_T(given[1]) @ given[0] - inverse_T(derived[1]) @ derived[0]).max()
     if relative > AGREEMENT:
-        raise InputError(f"{path}: disagrees with {CAMCHAIN} on cam0's pose in cam1 by {relative:.1e}")
+        raise InputError(f"{path}: disagrees with {other} on cam0's pose in cam1 by {relative:.1e}")
     absolute = max(np.abs(a - b).max() for a, b in zip(given, derived, strict=True))
     if absolute > AGREEMENT:
-        raise InputError(f"{path}: the world is not the one that {CAMCHAIN} implies, by {absolute:.1e}")
+        raise InputError(f"{path}: the world is not the one that {other} implies, by {absolute:.1e}")
 
 
 def save_rig(rig: Rig, folder: str | Path) -> None:
