@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rvdnav.files import open_plain
 from rvdnav.image_header import PNG_SIGNATURE, Header, ImageError, parse_header, png_chunks, png_orientation
 
-__all__ = ["Image", "ImageError", "PixelArray", "Raster", "image_size", "png_bytes", "read_image"]
+__all__ = ["Image", "ImageError", "PixelArray", "Raster", "decode_image", "image_size", "png_bytes", "read_image"]
 
 PixelArray = NDArray[np.uint8]
 LevelArray = NDArray[np.uint8] | NDArray[np.uint16]
@@ -100,7 +100,11 @@ def read_image(path: Path) -> Raster:
 
     Raises ImageError when the file is unreadable, truncated, corrupt or larger than any camera's.
     """
-    data = _bytes(path)
+    return decode_image(_bytes(path))
+
+
+def decode_image(data: bytes) -> Raster:
+    """The grey image in a file's bytes.  Raises ImageError as `read_image` does."""
     header = parse_header(data)
     if header.kind == "PGM":
         return _read_pgm(header, data)

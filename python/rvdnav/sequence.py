@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import attrs
@@ -93,20 +93,22 @@ def open_sequence(
     *,
     pairing_tolerance_ns: int = PAIRING_TOLERANCE_NS,
     rate_hz: float | None = None,
+    topics: Iterable[str] | None = None,
     rig: str | Path | None = None,
     target: str | Path | None = None,
 ) -> Sequence:
-    """Open a recorded sequence: a folder in one of the layouts of docs/sequences.md.
+    """Open a recorded sequence: a folder in one of the layouts of docs/sequences.md, or a ROS 2 bag.
 
     A left and a right image are a pair when they are each other's nearest in time and within the tolerance, ns.
-    rate_hz: the frame rate of pictures whose names count them, in place of times.  rig, target: the rig's folder (or
-    its `camchain.yaml`) and the target's file, where they are not `camchain.yaml` and `target.yaml` of the folder.
+    rate_hz: the frame rate of pictures whose names count them, in place of times.  topics: of a bag's images, the left
+    one first, where it is not clear.  rig, target: the rig's folder (or its `camchain.yaml`) and the target's file,
+    where they are not `camchain.yaml` and `target.yaml` of the folder.
 
     Raises InputError naming the file when the folder is missing or empty, a file is malformed, or an image has not the
     size of the calibration.  An image that is missing, damaged or unpaired is no error but a notice.
     """
     notices: list[str] = []
-    recording = read_recording(Path(path), rate_hz, notices)
+    recording = read_recording(Path(path), rate_hz, None if topics is None else tuple(topics), notices)
     folder = recording.folder
     cameras = _load_rig(recording, None if rig is None else Path(rig), notices)
     known_target = load_target(folder / TARGET if target is None else Path(target))

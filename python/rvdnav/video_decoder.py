@@ -9,7 +9,6 @@ bytes, little end first, with a byte, 1 or 0, and after a 1 with that frame's gr
 from __future__ import annotations
 
 import json
-import resource
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,14 +18,14 @@ import av
 from av.container import InputContainer
 from av.video.stream import VideoStream
 
-_MOST_MEMORY = 2 << 30
+from rvdnav.child_process import limit_resources
+
 _MOST_PIXELS = 50_000_000
 _MOST_FRAMES = 1_000_000
 
 
 def _main(file: BinaryIO, name: str, requests: BinaryIO, answers: BinaryIO) -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (_MOST_MEMORY, _MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    limit_resources()
     try:
         header = _header(file, name)
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:

@@ -22,7 +22,7 @@ from rvdnav.campaign.plan import load_plan
 from rvdnav.errors import InputError
 from rvdnav.images import ImageError, image_size, read_image
 from rvdnav.output import read_solutions
-from rvdnav.rig import load_rig, save_rig
+from rvdnav.rig import load_rig, read_sensors, save_rig
 from rvdnav.simulation.scenario_file import load_scenario
 from rvdnav.target import load_target
 from rvdnav.trajectory import read_tum
@@ -100,6 +100,7 @@ def make_readers(folder: Path) -> dict[str, Reader]:
     save_rig(recorded.rig, rig_files)
     add("camchain", "camchain.yaml", load_rig, good=(example / "camchain.yaml").read_bytes())
     add("rig", "rig.yaml", load_rig, base=rig_files)
+    add("sensor", "sensor.yaml", lambda place: read_sensors([place / "sensor.yaml"]), good=_SENSOR)
     add("target", "target.yaml", lambda place: load_target(place / "target.yaml"), base=sequence)
     add("scenario", "close.yaml", lambda place: load_scenario(place / "close.yaml"), base=EXAMPLES / "scenarios")
     add("plan", "c.yaml", lambda place: load_plan(place / "c.yaml"), base=_campaign(folder / "campaign", sequence))
@@ -177,6 +178,22 @@ def _storages(folder: Path, rig: Any) -> dict[str, bytes]:
         made[ending] = (folder / f"a.{ending}").read_bytes()
     return made
 
+
+_SENSOR = b"""sensor_type: camera
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0, -1.0, 0.0, -0.02,
+         1.0, 0.0, 0.0, -0.06,
+         0.0, 0.0, 1.0, 0.01,
+         0.0, 0.0, 0.0, 1.0]
+rate_hz: 20
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
+"""
 
 _LISTS = {
     "xml": b'<?xml version="1.0"?>\n<opencv_storage>\n<imagelist>\n"a.png"\n"b.png"\n</imagelist>\n</opencv_storage>\n',

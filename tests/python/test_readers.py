@@ -15,7 +15,8 @@ from rvdnav.cli.app import execute
 from rvdnav.rig import load_rig
 
 NAMES = (
-    *("camchain", "rig", "target", "scenario", "plan", "csv", "tum", "solutions", "poses", "box memory", "box frames"),
+    *("camchain", "rig", "target", "scenario", "plan", "csv", "tum", "solutions", "poses"),
+    *("sensor", "box memory", "box frames"),
     *("box solutions", "box digests", "opencv yaml", "opencv xml", "opencv json", "list xml", "list yaml"),
     *("image png", "image jpg", "image tif", "image bmp", "image pgm", "image deep.png", "image deep.tif"),
     *("image deep.pgm", "image colour.png", "image colour.jpg", "image colour.tif", "image plain.pgm"),

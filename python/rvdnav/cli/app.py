@@ -17,7 +17,7 @@ import typer
 from typer.core import TyperGroup
 
 from rvdnav import __version__
-from rvdnav.cli.options import Rate, RigPath, Source, TargetPath
+from rvdnav.cli.options import Rate, RigPath, TargetPath, Topics, source
 from rvdnav.errors import InputError, one_line
 
 EXIT_BAD_INPUT = 2
@@ -98,6 +98,7 @@ def _run(
     sequence: Annotated[Path, typer.Argument(metavar="SEQUENCE", help="The recording; see docs/sequences.md.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the results.")],
     rate: Rate = None,
+    topics: Topics = None,
     rig: RigPath = None,
     target: TargetPath = None,
     fault: Annotated[
@@ -146,7 +147,7 @@ def _run(
         fault or [],
         initial_pose,
         smoothed,
-        source=Source(rate_hz=rate, rig=rig, target=target),
+        source=source(rate, topics, rig, target),
         options=options,
         least_published=least_published,
         json_path=json_path,
@@ -159,13 +160,14 @@ def _info(
         Path, typer.Argument(metavar="PATH", help="Folder of a sequence, or a rig, camchain or target file.")
     ],
     rate: Rate = None,
+    topics: Topics = None,
     rig: RigPath = None,
     target: TargetPath = None,
 ) -> int:
     """Tell what a sequence, rig or target file holds, in the units that it was understood in, with warnings."""
     from rvdnav.cli.info import info
 
-    return info(path, Source(rate_hz=rate, rig=rig, target=target))
+    return info(path, source(rate, topics, rig, target))
 
 
 @app.command("settings", short_help="Print every setting with its meaning, unit and range.")

@@ -24,7 +24,9 @@ from rvdnav.yamlio import read_yaml
 def info(path: Path, source: Source) -> int:
     """Tell what is at ``path``: a sequence, the folder of a rig, or one of their files.  Raises InputError."""
     notices: list[str] = []
-    if not os.path.isdir(path):
+    if is_recording(path) or any(value is not None for value in source.values()):
+        notices += _print_sequence(open_sequence(path, **source))
+    elif not os.path.isdir(path):
         if not os.path.exists(path):
             raise InputError(f"{path}: no such file or folder")
         if path.name in (CAMCHAIN, RIG):
@@ -33,8 +35,6 @@ def info(path: Path, source: Source) -> int:
             _print_target(load_target(path))
         else:
             raise InputError(f"{path}: neither a {CAMCHAIN}, a {RIG} nor a target")
-    elif is_recording(path) or any(value is not None for value in source.values()):
-        notices += _print_sequence(open_sequence(path, **source))
     else:
         _print_rig(load_rig(path, notices))
         if os.path.lexists(path / "target.yaml"):

@@ -11,6 +11,10 @@ Rate = Annotated[
     float | None,
     typer.Option("--rate", metavar="HZ", help="Frame rate of pictures whose names count them, in place of times."),
 ]
+Topics = Annotated[
+    str | None,
+    typer.Option("--topics", metavar="LEFT,RIGHT", help="Image topics of a bag, where it is not clear which."),
+]
 RigPath = Annotated[
     Path | None,
     typer.Option("--rig", metavar="PATH", help="Folder of camchain.yaml, where it lies elsewhere."),
@@ -24,5 +28,11 @@ class Source(TypedDict, total=False):
     """Keyword arguments of `rvdnav.open_sequence`."""
 
     rate_hz: float | None
+    topics: list[str] | None
     rig: Path | None
     target: Path | None
+
+
+def source(rate: float | None, topics: str | None, rig: Path | None, target: Path | None) -> Source:
+    """Of the options' values."""
+    return Source(rate_hz=rate, topics=None if topics is None else topics.split(","), rig=rig, target=target)

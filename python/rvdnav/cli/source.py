@@ -13,6 +13,8 @@ def source_words(source: Source) -> list[str]:
     words = []
     if source.get("rate_hz") is not None:
         words += ["--rate", f"{source['rate_hz']:g}"]
+    if source.get("topics") is not None:
+        words += ["--topics", ",".join(source["topics"] or [])]
     for name, path in (("--rig", source.get("rig")), ("--target", source.get("target"))):
         words += [] if path is None else [name, path.name]
     return words

@@ -2,8 +2,9 @@
 
 from rvdnav.recording.camera_folder import list_images
 from rvdnav.recording.entry import Entry, check_images, missing
+from rvdnav.recording.layouts import is_recording, read_recording
 from rvdnav.recording.pairing import Moment, pair, single
-from rvdnav.recording.recording import Recording, is_recording, read_recording
+from rvdnav.recording.recording import Recording
 
 __all__ = [
     "Entry",

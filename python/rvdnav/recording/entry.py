@@ -52,10 +52,9 @@ def check_images(entries: list[Entry], rig: Rig, notices: list[str]) -> list[Ent
             notices.append(missing(entry, error))
             checked.append(attrs.evolve(entry, readable=False))
             continue
+        where = entry.path if entry.container is None else f"{entry.path}: {entry.name}"
         if size != (rig.width, rig.height):
-            raise InputError(
-                f"{entry.path}: is {size[0]}x{size[1]} but the calibration is for {rig.width}x{rig.height}"
-            )
+            raise InputError(f"{where}: is {size[0]}x{size[1]} but the calibration is for {rig.width}x{rig.height}")
         checked.append(entry)
     return checked
 

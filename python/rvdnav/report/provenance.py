@@ -11,7 +11,7 @@ from rvdnav import __version__
 _CAMERA_FILES = tuple(
     f"{base}cam{n}/{name}" for base in ("", "mav0/") for n in (0, 1) for name in ("data.csv", "sensor.yaml")
 )
-_FILES = ("camchain.yaml", "rig.yaml", "target.yaml", "groundtruth.tum", *_CAMERA_FILES)
+_FILES = ("camchain.yaml", "rig.yaml", "target.yaml", "metadata.yaml", "groundtruth.tum", *_CAMERA_FILES)
 
 
 def provenance(command: Iterable[str], folder: Path, others: Iterable[Path] = ()) -> list[tuple[str, str]]:
